@@ -40,8 +40,8 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
       "restitution": 0.5}  # fmt: skip
 WINDOW = {"settle_periods": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
-    "Atlas", "AtlasPoint", "Attractor", "BifurcationCurve", "BifurcationPoint",
-    "Branch", "Result", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
+    "Atlas", "Attractor", "BifurcationCurve", "BifurcationPoint",
+    "Branch", "Result", "Circle", "CircleBranch", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
     "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
     "Tongue",
@@ -421,8 +421,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             vi.tongue, {"point": torus["1/5_1"], "bounds": None, "steps": few, "progress": None},
         ),
         "Tongue.plot": (locked.plot, {"ax": None}),
-        "MapPoint": (
-            vi.MapPoint, {"kind": "NS", "map": henon, "x": (0.5, 0.5), "p": (1.25, 1.0)},
+        "map_bifurcation": (
+            vi.map_bifurcation, {"kind": "NS", "mapping": henon, "x": (0.5, 0.5), "p": (1.25, 1.0)},
         ),
         "BifurcationCurve.orbit": (curve.orbit, {"index": 0}),
         "BifurcationCurve.__getitem__": (curve.__getitem__, {"label": label}),
@@ -727,7 +727,7 @@ NAMES = [
     "plot_circle_branch", "plot_invariant_circle", "plot_exponents", "plot_orbit", "plot_orbits",
     "plot_tuned_damper", "Orbit.why_inadmissible", "continue_orbit",
     "switch_branch", "branch_diagram", "Branch.orbit", "continue_bifurcation", "continue_level",
-    "switch_curve", "bifurcation_atlas", "tongue", "Tongue.plot", "MapPoint",
+    "switch_curve", "bifurcation_atlas", "tongue", "Tongue.plot", "map_bifurcation",
     "BifurcationCurve.orbit", "BifurcationCurve.__getitem__", "BifurcationCurve.plot",
     "save, a result", "load", "plot_curves", "Branch.__getitem__", "Branch.plot", "Diagram.plot",
     "Diagram.origin", "sweep", "sweep, axis", "rerun_sweep", "plane",

@@ -48,10 +48,10 @@ GROUPS = {
         *("save", "load", "Result", "ProgressReport"),
     ],
     "Curves in two parameters": [
-        *("continue_bifurcation", "continue_level", "BifurcationCurve", "CodimensionTwoPoint"),
+        *("continue_bifurcation", "continue_level", "BifurcationCurve"),
         *("switch_curve", "GrazingContact", "NoCurve", "tongue", "Tongue", "NoTongue"),
-        *("bifurcation_atlas", "Atlas", "AtlasPoint"),
-        *("MapPoint",),
+        *("bifurcation_atlas", "Atlas"),
+        *("map_bifurcation",),
     ],
     "Invariant circles": [
         *(
@@ -60,7 +60,6 @@ GROUPS = {
             "switch_circle",
             "Circle",
             "CircleBranch",
-            "CircleEvent",
         ),
         "CircleGuess",
     ],

@@ -16,15 +16,13 @@ from vibroimpact.attractors.point_sets import InvariantSet as InvariantSet
 from vibroimpact.attractors.point_sets import Kind as Kind
 from vibroimpact.attractors.point_sets import classify_points as classify_points
 from vibroimpact.bifurcations.atlas import Atlas as Atlas
-from vibroimpact.bifurcations.atlas import AtlasPoint as AtlasPoint
 from vibroimpact.bifurcations.atlas import bifurcation_atlas as bifurcation_atlas
-from vibroimpact.bifurcations.continue_bifurcation import MapPoint as MapPoint
 from vibroimpact.bifurcations.continue_bifurcation import (
     continue_bifurcation as continue_bifurcation,
 )
 from vibroimpact.bifurcations.continue_bifurcation import continue_level as continue_level
+from vibroimpact.bifurcations.continue_bifurcation import map_bifurcation as map_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint as CodimensionTwoPoint
 from vibroimpact.bifurcations.grazing_contact import GrazingContact as GrazingContact
 from vibroimpact.bifurcations.switch_curve import NoCurve as NoCurve
 from vibroimpact.bifurcations.switch_curve import switch_curve as switch_curve
@@ -32,12 +30,12 @@ from vibroimpact.bifurcations.tongue import NoTongue as NoTongue
 from vibroimpact.bifurcations.tongue import Tongue as Tongue
 from vibroimpact.bifurcations.tongue import tongue as tongue
 from vibroimpact.branches import stop_rules
-from vibroimpact.branches.branch import BifurcationPoint as BifurcationPoint
+from vibroimpact.branches.beginning import NoBranch as NoBranch
 from vibroimpact.branches.branch import Branch as Branch
 from vibroimpact.branches.continue_orbit import continue_orbit as continue_orbit
 from vibroimpact.branches.diagram import Diagram as Diagram
 from vibroimpact.branches.diagram import branch_diagram as branch_diagram
-from vibroimpact.branches.switch import NoBranch as NoBranch
+from vibroimpact.branches.point import BifurcationPoint as BifurcationPoint
 from vibroimpact.branches.switch import switch_branch as switch_branch
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design.maps import DesignMap as DesignMap
@@ -122,7 +120,6 @@ from vibroimpact.sweeps.starts import GridStarts as GridStarts
 from vibroimpact.sweeps.starts import RandomStarts as RandomStarts
 from vibroimpact.sweeps.sweep import sweep as sweep
 from vibroimpact.tori.branch import CircleBranch as CircleBranch
-from vibroimpact.tori.branch import CircleEvent as CircleEvent
 from vibroimpact.tori.circle import Circle as Circle
 from vibroimpact.tori.continue_circle import continue_circle as continue_circle
 from vibroimpact.tori.find import CircleGuess as CircleGuess

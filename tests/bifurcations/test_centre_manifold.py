@@ -14,7 +14,7 @@ PLANE = ("omega", "half_clearance")
 
 
 @pytest.fixture(scope="module")
-def point() -> vi.CodimensionTwoPoint:
+def point() -> vi.BifurcationPoint:
     """A resonance 1/5 of the damper, whose half map has five impacts a turn."""
     damper = vi.ImpactDamper(
         mass_ratio=0.04, omega_n=0.6, zeta=0.025, restitution=0.7, half_clearance=9.8, omega=1.0
@@ -24,13 +24,13 @@ def point() -> vi.CodimensionTwoPoint:
 
 
 @pytest.fixture(scope="module")
-def manifold(point: vi.CodimensionTwoPoint) -> Centre:
+def manifold(point: vi.BifurcationPoint) -> Centre:
     z, _, a = point.problem.parts(point.z, point.parameters["half_clearance"])
     return centre(point.problem.equations, z, a, complex(np.exp(2j * np.pi / 5)))
 
 
 def test_its_terms_are_those_of_the_map_on_the_section(
-    point: vi.CodimensionTwoPoint, manifold: Centre
+    point: vi.BifurcationPoint, manifold: Centre
 ) -> None:
     equations = point.problem.equations
     form = vi.normal_form("NS", equations.forms(manifold.z, manifold.a), parameter=False)
@@ -41,7 +41,7 @@ def test_its_terms_are_those_of_the_map_on_the_section(
 
 
 def test_the_multiplier_and_the_orbit_move_as_differences_say(
-    point: vi.CodimensionTwoPoint, manifold: Centre
+    point: vi.BifurcationPoint, manifold: Centre
 ) -> None:
     h = 1e-5  # second derivatives of size one to a hundred: errors of h^2 times these
     for k, name in enumerate(PLANE):

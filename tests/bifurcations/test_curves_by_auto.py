@@ -131,7 +131,7 @@ def curve_of_henon(kind: str) -> vi.BifurcationCurve:
         dimension=2, parameters=("alpha", "beta"),
     )  # fmt: skip
     _, alpha, beta, x = next(point for point in HENON[kind] if point[0] == "UZ")
-    start = vi.MapPoint(kind, henon, (x, x), (alpha, beta))
+    start = vi.map_bifurcation(kind, henon, (x, x), (alpha, beta))
     return vi.continue_bifurcation(start, ("alpha", "beta"), ((-4.5, 5.5), (-1.2, 2.6)))
 
 

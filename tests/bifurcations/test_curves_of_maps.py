@@ -28,7 +28,7 @@ def fixed_x(r: float, alpha: float, beta: float) -> float:
 
 def curve(r: float, kind: str, alpha: float, beta: float) -> vi.BifurcationCurve:
     x = fixed_x(r, alpha, beta)
-    start = vi.MapPoint(kind, henon(r), (x, x), (alpha, beta))
+    start = vi.map_bifurcation(kind, henon(r), (x, x), (alpha, beta))
     return vi.continue_bifurcation(start, ("alpha", "beta"), ((-3.0, 6.0), (-2.5, 2.5)))
 
 
@@ -84,7 +84,7 @@ def test_delayed_logistic_map_has_r1_at_three() -> None:
         dimension=2,
         parameters=("r", "q"),
     )
-    start = vi.MapPoint("NS", delayed, (0.5, 0.5), (2.0, 0.0))
+    start = vi.map_bifurcation("NS", delayed, (0.5, 0.5), (2.0, 0.0))
     found = vi.continue_bifurcation(start, ("r", "q"), ((1.5, 4.0), (-1.0, 0.5)))
     point = found["R1_1"]
     assert tuple(point.parameters.values()) == pytest.approx((3.0, -1 / 3), abs=LOCATED)
@@ -107,7 +107,7 @@ def test_two_resonances_within_a_step_are_both_found(apart: float) -> None:
         c, s = radius * np.cos(angle), radius * np.sin(angle)
         return np.array([[c, -s], [s, c]], dtype=object)
 
-    start = vi.MapPoint("NS", planted(2, matrix), (0.0, 0.0), (0.0, -0.31))
+    start = vi.map_bifurcation("NS", planted(2, matrix), (0.0, 0.0), (0.0, -0.31))
     found = vi.continue_bifurcation(start, ("a", "b"), ((-0.1, 0.1), (-0.5, 0.5)))
     at = [p.parameters["b"] for p in found.special_points if p.kind == "R4"]
     assert at == pytest.approx([-apart, apart], abs=LOCATED)
@@ -126,7 +126,7 @@ def test_two_pairs_on_the_circle_and_a_flip_with_a_pair_are_named() -> None:
         whole[4, 4] = -1.2 + b  # type: ignore[operator]
         return whole
 
-    start = vi.MapPoint("NS", planted(5, matrix), np.zeros(5), (0.0, -0.4))
+    start = vi.map_bifurcation("NS", planted(5, matrix), np.zeros(5), (0.0, -0.4))
     found = vi.continue_bifurcation(start, ("a", "b"), ((-0.1, 0.1), (-0.5, 0.5)))
     at = {p.kind: p.parameters["b"] for p in found.special_points if p.kind != "BP"}
     assert at == pytest.approx({"NSNS": 0.0, "PDNS": 0.2}, abs=1e-8)
@@ -145,7 +145,7 @@ def test_a_curve_of_cusps_normal_form_has_its_cusp_in_every_direction() -> None:
         )
         x = 0.2  # fold: b = 3 x^2, a = -2 x^3, turned back
         a, b = -2 * x**3, 3 * x**2
-        start = vi.MapPoint("SN", turned, (x,), (c * a + s * b, -s * a + c * b))
+        start = vi.map_bifurcation("SN", turned, (x,), (c * a + s * b, -s * a + c * b))
         found = vi.continue_bifurcation(start, ("a", "b"), ((-1.0, 1.0), (-1.0, 1.0)))
         point = found["CP_1"]
         assert tuple(point.parameters.values()) == pytest.approx((0.0, 0.0), abs=LOCATED)
@@ -159,7 +159,7 @@ def test_a_generalised_flip_is_found_where_the_cubic_coefficient_vanishes() -> N
         dimension=1,
         parameters=("a", "b"),
     )
-    start = vi.MapPoint("PD", quintic, [0.0], [0.0, 0.37])  # type: ignore[arg-type]  # lists will do
+    start = vi.map_bifurcation("PD", quintic, [0.0], [0.0, 0.37])  # type: ignore[arg-type]  # lists will do
     found = vi.continue_bifurcation(start, ("a", "b"), ((-0.5, 0.5), (-1.0, 1.0)))
     assert tuple(found["GPD_1"].parameters.values()) == pytest.approx((0.0, 0.0), abs=LOCATED)
 
@@ -173,7 +173,7 @@ def test_a_chenciner_point_is_found_where_the_lyapunov_coefficient_vanishes() ->
         return [grow * (c * x[0] - s * x[1]), grow * (s * x[0] + c * x[1])]  # type: ignore[index]
 
     flow = vi.ExplicitMap(image, dimension=2, parameters=("a", "b"))
-    start = vi.MapPoint("NS", flow, (0.0, 0.0), (0.0, 0.37))
+    start = vi.map_bifurcation("NS", flow, (0.0, 0.0), (0.0, 0.37))
     found = vi.continue_bifurcation(start, ("a", "b"), ((-0.5, 0.5), (-1.0, 1.0)))
     assert tuple(found["CH_1"].parameters.values()) == pytest.approx((0.0, 0.0), abs=LOCATED)
 

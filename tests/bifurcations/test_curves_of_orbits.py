@@ -135,7 +135,7 @@ def test_a_level_of_a_speed_is_a_ray_too() -> None:
 
     found = vi.continue_level(
         start,
-        lambda states, _durations, parameters: states[0, 1] / parameters[0],
+        lambda states, _durations, parameters: states[0, 1] / parameters["force"],
         ("force", "clearance"),
         ((0.4, 3.0), (-1.0, 1.0)),
         value=speed / force,

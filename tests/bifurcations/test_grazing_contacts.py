@@ -13,7 +13,6 @@ a = 0: omega_d T = pi.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 from typing import Any, NamedTuple
@@ -177,12 +176,6 @@ def test_the_gap_of_the_motion_without_impacts_changes_as_its_amplitude() -> Non
         assert free_gap_rate(plane, z, a, 1) == pytest.approx(1.0, rel=1e-8)
 
 
-def test_without_the_number_of_the_impact_the_reason_is_given() -> None:
-    refused = vi.switch_curve(dataclasses.replace(fold()["ZERO_1"], segment=-1))
-    assert isinstance(refused, vi.NoCurve)
-    assert "does not say which impact" in refused.reason
-
-
 # ---- the impact damper ---------------------------------------------------------------------------
 
 AXES = ("omega", "restitution")
@@ -210,7 +203,7 @@ def across_at(curve: vi.BifurcationCurve, along: int, value: float) -> float:
     return float(np.polyfit(x[near] / scale, curve.values[near, 1 - along], 6)[-1])
 
 
-def switched(point: vi.CodimensionTwoPoint, **options: Any) -> tuple[vi.BifurcationCurve, ...]:
+def switched(point: vi.BifurcationPoint, **options: Any) -> tuple[vi.BifurcationCurve, ...]:
     found = vi.switch_curve(point, **options)
     assert isinstance(found, tuple), found
     return found
@@ -285,7 +278,7 @@ def test_the_touch_of_doubled_orbits_begins_tangent_to_the_flip(kind: str) -> No
         assert exponent(t[near], size) == pytest.approx(power, abs=off)
 
 
-def _of_other_turn(orbit: vi.Orbit, point: vi.CodimensionTwoPoint) -> float:
+def _of_other_turn(orbit: vi.Orbit, point: vi.BifurcationPoint) -> float:
     """Gap, or closing rate, of the turn that does not touch."""
     turn = len(point.orbit.durations)
     if point.nearest is None:

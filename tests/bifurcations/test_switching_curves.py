@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.bifurcations import switch_curve as module
+from vibroimpact.bifurcations.starting_orbits import folds_of_four
 
 R = -0.1
 BOUNDS = ((-3.0, 6.0), (-2.5, 2.5))
@@ -40,7 +41,7 @@ def multiplier(alpha: float, beta: float) -> complex:
 @cache
 def torus() -> vi.BifurcationCurve:
     x = min(np.roots([1.0, 2.0, -0.2]), key=lambda root: abs(root - 0.1)).real
-    start = vi.MapPoint("NS", henon(), (x, x), (0.2, 1.0 + R * x))
+    start = vi.map_bifurcation("NS", henon(), (x, x), (0.2, 1.0 + R * x))
     return vi.continue_bifurcation(start, ("alpha", "beta"), BOUNDS)
 
 
@@ -85,14 +86,14 @@ def test_folds_of_period_four_begin_in_the_directions_of_the_normal_form() -> No
     assert taken == {0, 1}
 
 
-def test_a_fold_that_is_not_found_is_a_reason_in_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = module.folds_of_four
+def test_a_fold_that_is_not_found_is_a_reason_in_its_place() -> None:
+    point = torus()["R4_1"]
 
     def first_alone(point: Any, which: int, *rest: Any) -> Any:
-        return found(point, which, *rest) if which == 0 else iter(())
+        return folds_of_four(point, which, *rest) if which == 0 else iter(())
 
-    monkeypatch.setattr(module, "folds_of_four", first_alone)
-    curve, missing = vi.switch_curve(torus()["R4_1"], steps=vi.Steps(points=6))  # type: ignore[misc]
+    alone = replace(point, record=replace(point.record, begins=first_alone))
+    curve, missing = vi.switch_curve(alone, steps=vi.Steps(points=6))  # type: ignore[misc]
     assert isinstance(curve, vi.BifurcationCurve)
     assert isinstance(missing, vi.NoCurve)
     assert "there is no start within the bounds (10 times)" in missing.reason
@@ -131,7 +132,7 @@ def test_fold_of_the_doubled_orbit_at_a_generalised_flip_is_the_parabola_of_alge
         dimension=1,
         parameters=("a", "b"),
     )
-    start = vi.MapPoint("PD", quintic, (0.0,), (0.0, 0.37))
+    start = vi.map_bifurcation("PD", quintic, (0.0,), (0.0, 0.37))
     flips = vi.continue_bifurcation(start, ("a", "b"), ((-0.5, 0.5), (-1.0, 1.0)))
     found = vi.switch_curve(flips["GPD_1"])
     assert isinstance(found, tuple), found
@@ -144,7 +145,7 @@ def test_fold_of_the_doubled_orbit_at_a_generalised_flip_is_the_parabola_of_alge
 def test_the_fold_flip_gives_the_doubled_torus_where_theory_has_one() -> None:
     b = 0.5  # on PD: x = (1 + beta) / 2
     x = (1 + b) / 2
-    start = vi.MapPoint("PD", henon(), (x, x), ((1 - R) * x * x + (1 + b) * x, b))
+    start = vi.map_bifurcation("PD", henon(), (x, x), ((1 - R) * x * x + (1 + b) * x, b))
     point = vi.continue_bifurcation(start, ("alpha", "beta"), BOUNDS)["LPPD_1"]
     found = vi.switch_curve(point)
     if point.normal_form.scaled[1] > 0.0:
@@ -161,7 +162,7 @@ def test_where_theory_has_no_curve_the_reason_is_given() -> None:
         parameters=("alpha", "beta"),
     )
     x = math.sqrt(1.2) - 1.0
-    start = vi.MapPoint("NS", half, (x, x), (0.2, 1.0 + 0.5 * x))
+    start = vi.map_bifurcation("NS", half, (x, x), (0.2, 1.0 + 0.5 * x))
     curve = vi.continue_bifurcation(start, ("alpha", "beta"), BOUNDS)
     refused: Any = vi.switch_curve(curve["R4_1"])  # |A| = sqrt(2 / 130) < 1
     assert isinstance(refused, vi.NoCurve)

@@ -97,7 +97,7 @@ def curve_of(case: Case) -> vi.BifurcationCurve:
     sizes = (*[1.0 / SIZE] * dimension, *(1.0 / k for k in UNITS))
     measured = vi.ExplicitMap(scaled, dimension, parameters=("a", "b"), sizes=sizes)
     first, second = (q / k for q, k in zip(case.p, UNITS, strict=True))
-    start = vi.MapPoint(case.kind, measured, [x / SIZE for x in case.x], (first, second))
+    start = vi.map_bifurcation(case.kind, measured, [x / SIZE for x in case.x], (first, second))
     low, high = ((-case.box / k, case.box / k) for k in UNITS)
     return vi.continue_bifurcation(start, ("a", "b"), (low, high))
 

@@ -30,7 +30,7 @@ def planted(x: Any, p: Any) -> list[Any]:
 @cache
 def of_the_map() -> vi.Tongue:
     model = vi.ExplicitMap(planted, dimension=2, parameters=("a", "b"))
-    start = vi.MapPoint("NS", model, (0.0, 0.0), (-0.02, 0.2))
+    start = vi.map_bifurcation("NS", model, (0.0, 0.0), (-0.02, 0.2))
     curve = vi.continue_bifurcation(start, ("a", "b"), ((-0.3, 0.3), (-0.3, 0.3)))
     found = vi.tongue(curve["1/5_1"])
     assert isinstance(found, vi.Tongue)
@@ -131,7 +131,7 @@ def _sorted(side: vi.BifurcationCurve) -> tuple[np.ndarray, np.ndarray]:
 
 def test_only_weak_resonances_have_tongues() -> None:
     model = vi.ExplicitMap(planted, dimension=2, parameters=("a", "b"))
-    start = vi.MapPoint("NS", model, (0.0, 0.0), (-0.02, 0.2))
+    start = vi.map_bifurcation("NS", model, (0.0, 0.0), (-0.02, 0.2))
     curve = vi.continue_bifurcation(start, ("a", "b"), ((-0.5, 0.3), (-0.5, 0.6)))
     strong = next(p for p in curve.special_points if p.kind == "R4")
     with pytest.raises(vi.InvalidParameterError, match="weak resonances"):

@@ -257,7 +257,7 @@ def test_a_grazing_that_cannot_be_located_is_unresolved_and_loses_no_branch(
     assert len(branch) == len(before)
     assert not branch.special_points
     [note] = branch.curve.unresolved
-    assert note.name == "GR"
+    assert note.name == "gap"
     assert branch.values[note.first] < before["GR1"].parameter < branch.values[note.last]
 
 

@@ -50,7 +50,7 @@ def followed(name: str, monkeypatch: pytest.MonkeyPatch) -> list[tuple[Any, Any,
     return calls
 
 
-def assert_same_point(here: vi.CodimensionTwoPoint, there: vi.CodimensionTwoPoint) -> None:
+def assert_same_point(here: vi.BifurcationPoint, there: vi.BifurcationPoint) -> None:
     """Of the file and of the library, from which the same curves begin: test_curve_store.py."""
     assert repr(here) == repr(there)
     for name in ("z", "tangent"):

@@ -22,7 +22,7 @@ def test_circle_closes_on_its_start_with_both_folds_at_one():
     assert curve.parameter[-1] == curve.parameter[0] == 0.0
     # The arclength is an integral of an expansion that holds to 1e-8 on each panel.
     assert curve.arclength[-1] == pytest.approx(2.0 * math.pi, abs=1e-8)
-    assert [(point.name, point.crossing) for point in curve.special] == [("SN", -1), ("SN", 1)]
+    assert [(point.test, point.crossing) for point in curve.special] == [("SN", -1), ("SN", 1)]
     assert located(curve, "SN") == pytest.approx([1.0, -1.0], abs=LOCATED)
     assert np.abs([point.z[0] for point in curve.special]).max() < LOCATED
 
@@ -174,7 +174,7 @@ def test_a_terminal_event_ends_the_curve_at_its_zero():
     assert curve.ends[1].reason is Stopped.EVENT
     assert curve.ends[1].detail == "GR"
     assert curve.parameter[-1] == pytest.approx(0.4, abs=LOCATED)
-    assert [point.name for point in curve.special] == ["before", "GR"]
+    assert [point.test for point in curve.special] == ["before", "GR"]
     assert curve.parameter[0] == -1.0
 
 

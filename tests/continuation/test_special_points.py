@@ -84,7 +84,7 @@ def test_zeros_of_many_functions_are_found_with_honest_errors():
     curve = continue_curve(line(tests), np.array([0.0]), 0.0, (-1.0, 1.0))
     assert len(curve.special) == 20
     for point in curve.special:
-        miss = abs(point.parameter - zeros[int(point.name)])
+        miss = abs(point.parameter - zeros[int(point.test)])
         assert miss <= point.error < LOCATED
 
 
@@ -128,7 +128,7 @@ def test_crossings_and_tangents_of_special_points_are_those_of_their_neighbours(
     assert len(curve.special) == 4
     for point in curve.special:
         after = int(np.searchsorted(curve.arclength, point.arclength))
-        values = curve.tests[point.name][after - 1 : after + 1]
+        values = curve.tests[point.test][after - 1 : after + 1]
         assert np.sign(values).tolist() == [-point.crossing, point.crossing]
         between = curve.tangent[after - 1 : after + 1] @ point.tangent
         assert np.all(between > 0.9)
@@ -226,13 +226,13 @@ def test_found_points_do_not_depend_on_units(z_unit, p_unit, f_unit):
 def test_pitchfork_is_a_branch_point_from_both_of_its_branches():
     problem, bounds = pitchfork(), (-1.0, 1.0)
     straight = continue_curve(problem, np.array([0.0]), -1.0, bounds)
-    assert [point.name for point in straight.special] == ["BP"]
+    assert [point.test for point in straight.special] == ["BP"]
     [point] = straight.special
     assert abs(point.parameter) < LOCATED
     start = switch(problem, point.z, point.parameter, point.tangent, bounds)
     assert start.found
     arm = continue_curve(problem, start.z, start.parameter, bounds, tangent=start.tangent)
-    assert [point.name for point in arm.special] == ["BP"]  # where p turns back, but no fold
+    assert [point.test for point in arm.special] == ["BP"]  # where p turns back, but no fold
     assert sorted(arm.z[[0, -1], 0]) == pytest.approx([-1.0, 1.0], abs=1e-10)
     assert np.abs(arm.parameter - arm.z[:, 0] ** 2).max() < 1e-10
     [again] = arm.special
@@ -253,7 +253,7 @@ def test_transcritical_branch_point_is_crossed_at_any_angle(slope):
     bounds = (-1.0, 1.0)
     trivial = continue_curve(problem, np.array([0.0, -0.7]), -0.7, bounds)
     [point] = trivial.special
-    assert (point.name, abs(point.parameter) < LOCATED) == ("BP", True)
+    assert (point.test, abs(point.parameter) < LOCATED) == ("BP", True)
     start = switch(problem, point.z, point.parameter, point.tangent, bounds)
     other = continue_curve(problem, start.z, start.parameter, bounds, tangent=start.tangent)
     assert np.abs(other.parameter - slope * other.z[:, 0]).max() < 1e-9
@@ -295,7 +295,7 @@ def test_branch_point_among_fifty_unknowns():
     y = np.sin(-rates * 0.8) / rates
     y[0] = 0.0
     curve = continue_curve(problem, mix @ y, -0.8, (-0.8, 1.0))
-    assert [point.name for point in curve.special] == ["BP"]
+    assert [point.test for point in curve.special] == ["BP"]
     [point] = curve.special
     assert abs(point.parameter) < LOCATED
     start = switch(problem, point.z, point.parameter, point.tangent, (-0.8, 1.0))

@@ -21,13 +21,12 @@ from support.planted import (
 )
 
 import vibroimpact.normal_forms as nf
-from vibroimpact._core.errors import InvalidParameterError
 
 CUBE_ROOT = cmath.exp(2j * math.pi / 3.0)
 
 
 def found(kind: str, forms: Any) -> Any:
-    return point_of(kind, nf.strong_resonance(kind, forms))
+    return point_of(kind, nf.codimension_two(kind, forms))
 
 
 # Exact coefficients
@@ -116,7 +115,7 @@ def test_resonance_1_4_of_the_generalised_map(R: float, c: complex, d: complex, 
 
 @pytest.mark.parametrize("kind", ["R1", "R2", "R3", "R4"])
 def test_an_area_preserving_map_is_degenerate(kind: str) -> None:
-    refused = nf.strong_resonance(kind, forms_at(kind, 0.0))
+    refused = nf.codimension_two(kind, forms_at(kind, 0.0))
     assert isinstance(refused, nf.Refusal)
     assert refused.status is nf.Status.DEGENERATE
     assert "zero to half of the digits" in refused.reason
@@ -339,27 +338,25 @@ def test_point_known_to_nine_digits_has_its_coefficients_to_eight(kind: str, bet
 def test_other_multipliers_and_kinds_are_refused() -> None:
     for kind in TRACES:
         for other in TRACES:
-            refused = nf.strong_resonance(other, forms_at(kind, -0.1))
+            refused = nf.codimension_two(other, forms_at(kind, -0.1))
             assert isinstance(refused, nf.Refusal) == (kind != other)
             assert kind == other or refused.kind == other
-    refused = nf.strong_resonance("R2", forms_at("R3", -0.1))
+    refused = nf.codimension_two("R2", forms_at("R3", -0.1))
     assert isinstance(refused, nf.Refusal)
     assert refused.status is nf.Status.NOT_CRITICAL
     triple = nf.ExplicitMap(lambda x, p: (x[1] - x[0], -x[1], p - x[2]), dimension=3)
-    assert isinstance(nf.strong_resonance("R2", triple.forms(np.zeros(3), 0.0)), nf.Refusal)
-    with pytest.raises(InvalidParameterError, match="must be one of R1, R2, R3, R4"):
-        nf.strong_resonance("R5", forms_at("R2", -0.1))
+    assert isinstance(nf.codimension_two("R2", triple.forms(np.zeros(3), 0.0)), nf.Refusal)
 
 
 @pytest.mark.parametrize(("kind", "nu"), [("R1", 1.0), ("R2", -1.0)])
 def test_double_multiplier_with_two_eigenvectors_is_refused(kind: str, nu: float) -> None:
     two = nf.ExplicitMap(lambda x, _: (nu * x[0] + x[1] ** 2, nu * x[1] + x[0] ** 2), dimension=2)
-    refused = nf.strong_resonance(kind, two.forms(np.zeros(2), 0.0))
+    refused = nf.codimension_two(kind, two.forms(np.zeros(2), 0.0))
     assert isinstance(refused, nf.Refusal)
     assert refused.status is nf.Status.OTHERS_CRITICAL
     assert "one eigenvector" in refused.reason
     broken = nf.ExplicitMap(lambda x, _: (np.sqrt(x[0]), x[1]), dimension=2)
-    assert nf.strong_resonance(kind, broken.forms(np.zeros(2), 0.0)).status is nf.Status.NOT_SMOOTH
+    assert nf.codimension_two(kind, broken.forms(np.zeros(2), 0.0)).status is nf.Status.NOT_SMOOTH
 
 
 def test_resonances_without_their_leading_term_are_refused() -> None:
@@ -368,7 +365,7 @@ def test_resonances_without_their_leading_term_are_refused() -> None:
         lambda x, _: (spin[0] * x[0] - spin[1] * x[1], spin[1] * x[0] + spin[0] * x[1]), dimension=2
     )
     for kind, at in (("R3", third), ("R4", nf.ExplicitMap(fourth(1j, 1.0, 0.0), dimension=2))):
-        refused = nf.strong_resonance(kind, at.forms(np.zeros(2), 0.0))
+        refused = nf.codimension_two(kind, at.forms(np.zeros(2), 0.0))
         assert isinstance(refused, nf.Refusal)
         assert refused.status is nf.Status.DEGENERATE
         assert "is born" in refused.reason
@@ -381,7 +378,7 @@ def test_resonances_without_their_leading_term_are_refused() -> None:
 def test_borders_between_the_cases_of_resonance_1_4_are_refused(
     c: complex, d: complex, name: str
 ) -> None:
-    refused = nf.strong_resonance(
+    refused = nf.codimension_two(
         "R4", nf.ExplicitMap(fourth(1j, c, d), dimension=2).forms(np.zeros(2), 0.0)
     )
     assert isinstance(refused, nf.Refusal)

@@ -199,7 +199,7 @@ def test_responses_have_the_same_bits_in_units_of_powers_of_two(
         pair.same(a.parameter, b.parameter, *FREQUENCY)
         pair.same(a.value, b.value, length=1)
         pair.same(a.derivative, b.derivative, length=1, time=1)
-        assert [mark.label for mark in a.marks] == [mark.label for mark in b.marks]
+        assert [p.label for p in a.special_points] == [p.label for p in b.special_points]
     for many, there in zip(one.answers, other.answers, strict=True):
         assert [(a.motion, a.members) for a in many] == [(a.motion, a.members) for a in there]
         pair.same([a.value for a in many], [a.value for a in there], length=1)

@@ -79,4 +79,4 @@ def test_circles_born_next_to_a_strong_resonance_of_set_a_end_in_a_fold() -> Non
     fold = circle_fold(SETS["A"], 0.9318453770651753, +1)
     assert fold is not None
     assert fold.parameter == pytest.approx(0.932061757, abs=2e-9)
-    assert abs(fold.circle.normal_multipliers[0] - 1.0) < 1e-4
+    assert abs(fold.orbit.normal_multipliers[0] - 1.0) < 1e-4

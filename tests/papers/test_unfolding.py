@@ -27,7 +27,7 @@ from vibroimpact.normal_forms import fold_directions
 SET = parameter_sets()["A"]
 
 
-def resonance(omega: float) -> vi.CodimensionTwoPoint:
+def resonance(omega: float) -> vi.BifurcationPoint:
     points = [p for p in torus_of_set_a().special_points if p.kind == "R4"]
     return min(points, key=lambda p: abs(p.parameters["omega"] - omega))
 

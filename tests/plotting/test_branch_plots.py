@@ -131,7 +131,7 @@ def test_labels_and_markers_name_every_special_point(symmetric: vi.Branch) -> No
     assert written["NS1"][0] == symmetric["NS1"].parameter
     named = words(ax)
     assert named[:3] == ["stable", "unstable", "not admissible"]
-    assert {"grazing", "branch point", "Neimark-Sacker"} < set(named)
+    assert {"grazing", "symmetry breaking", "Neimark-Sacker"} < set(named)
     plain = plot_branches([symmetric], points=False)
     assert not plain.texts
 

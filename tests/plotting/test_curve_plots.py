@@ -19,8 +19,14 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.bifurcations.stretches import Meaning, stretches
+from vibroimpact.branches.kinds import ONE
 from vibroimpact.plotting import plot_curves, plot_plane, style
-from vibroimpact.plotting.curves import COLOURS, LOOKS
+from vibroimpact.plotting.branch_looks import look_of
+from vibroimpact.plotting.curves import LINES
+
+COLOURS = {
+    label: look_of(kind).colour for label, kind in ONE.items() if label != "STICK"
+}  # of curves
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
@@ -121,7 +127,7 @@ def test_what_is_not_admissible_is_dotted(torus: vi.BifurcationCurve) -> None:
     looks = [line.get_linestyle() for line in ax.get_lines() if len(np.asarray(line.get_xdata()))]
     assert "--" in looks  # any pattern of dashes
     assert "not admissible" in words(ax)
-    assert LOOKS[Meaning.INADMISSIBLE]["linestyle"] != LOOKS[Meaning.NEUTRAL]["linestyle"]
+    assert LINES[Meaning.INADMISSIBLE]["linestyle"] != LINES[Meaning.NEUTRAL]["linestyle"]
 
 
 def test_a_point_on_two_curves_is_marked_once(torus: vi.BifurcationCurve) -> None:

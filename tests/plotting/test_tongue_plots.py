@@ -36,7 +36,7 @@ def planted(x: Any, p: Any) -> list[Any]:
 @pytest.fixture(scope="module")
 def curve() -> vi.BifurcationCurve:
     model = vi.ExplicitMap(planted, dimension=2, parameters=("a", "b"))
-    start = vi.MapPoint("NS", model, (0.0, 0.0), (-0.02, 0.2))
+    start = vi.map_bifurcation("NS", model, (0.0, 0.0), (-0.02, 0.2))
     return vi.continue_bifurcation(start, ("a", "b"), ((-0.3, 0.3), (-0.3, 0.3)))
 
 

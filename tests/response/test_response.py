@@ -52,7 +52,7 @@ def test_the_motion_without_impacts_begins_where_it_touches_the_stop(
     free = response.curves[0]
     # 1 / 1.5^2 = (1 - w^2)^2 + 0.01 w^2, a quadratic in w^2
     square = max(np.roots([1.0, 0.01 - 2.0, 1.0 - 1.0 / 1.5**2]))
-    (touch,) = [mark.parameter for mark in free.marks]
+    (touch,) = [point.parameter for point in free.special_points]
     assert touch == pytest.approx(math.sqrt(square), rel=1e-10)
     assert free.value == pytest.approx([amplitude(w) for w in free.parameter], rel=1e-12)
     assert (free.stability == np.where(free.parameter[1:] <= touch, 2, 0)).all()
@@ -61,9 +61,13 @@ def test_the_motion_without_impacts_begins_where_it_touches_the_stop(
 def test_the_branch_from_a_simulated_orbit_ends_at_the_touch(response: vi.Response) -> None:
     (branch,) = response.curves[1:]
     assert branch.symbol == "1-1-0"
-    (zero,) = [mark for mark in branch.marks if mark.kind == "ZERO"]
-    assert zero.parameter == pytest.approx(response.curves[0].marks[0].parameter, rel=1e-7)
-    assert zero.value == pytest.approx(OSCILLATOR.clearance, rel=1e-6)
+    ((zero, value),) = [
+        (point, value)
+        for point, value in zip(branch.special_points, branch.special_values, strict=True)
+        if point.kind == "ZERO"
+    ]
+    assert zero.parameter == pytest.approx(response.curves[0].special_points[0].parameter, rel=1e-7)
+    assert value == pytest.approx(OSCILLATOR.clearance, rel=1e-6)
 
 
 def test_the_worst_is_a_maximum_of_orbits_that_brute_force_finds(response: vi.Response) -> None:

@@ -39,7 +39,7 @@ def torus_of_a_map() -> vi.BifurcationCurve:
         dimension=2,
         parameters=("alpha", "beta"),
     )
-    start = vi.MapPoint("NS", henon, (2 / 3, 2 / 3), (16 / 9, 4 / 3))
+    start = vi.map_bifurcation("NS", henon, (2 / 3, 2 / 3), (16 / 9, 4 / 3))
     return vi.continue_bifurcation(start, ("alpha", "beta"), ((-3.0, 6.0), (-2.5, 2.5)))
 
 
@@ -54,7 +54,7 @@ def oscillator_branch(omega: float = 2.0) -> vi.Branch:
 
 
 @cache
-def double_of_set_c(label: str) -> vi.CodimensionTwoPoint:
+def double_of_set_c(label: str) -> vi.BifurcationPoint:
     """R2_1 of set C, on the orbit of sign +1, or R1_1, on that of sign -1."""
     place, at, omegas, bounds = {
         "R2_1": (0, (0.4995, 1.63), (0.4985, 0.4999), ((0.4985, 0.5005), (1.5, 1.7))),

@@ -453,7 +453,7 @@ def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> 
     )  # fmt: skip
     fold = family["SN1"]
     assert fold.parameter == pytest.approx(0.932061757, abs=1e-9)
-    assert abs(fold.circle.normal_exponents[0]) < 1e-6
+    assert abs(fold.orbit.normal_exponents[0]) < 1e-6
     assert family.values.max() <= fold.parameter
     stable, unstable = family.stable, family.normal_exponents[:, 0] > 0.0
     assert stable[0]
@@ -467,8 +467,8 @@ def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> 
     # Motions stay on the circle below the fold, and lock to the orbit 2-2-2 above it.
     for side, symbol in ((-1.0, None), (1.0, "2-2-2")):
         damper = paper_damper("A", fold.parameter + side * 5e-6)
-        section = vi.section(damper, fold.circle.state(), points=150_000, settle=0)
-        width = float(np.std(section.x1[-4000:]) / np.std(fold.circle.points[:, 0]))
+        section = vi.section(damper, fold.orbit.state(), points=150_000, settle=0)
+        width = float(np.std(section.x1[-4000:]) / np.std(fold.orbit.points[:, 0]))
         assert (width < 1.1) == (symbol is None), (side, width)
         assert symbol in (None, vi.classify(damper, section.last).symbol)
 

@@ -26,17 +26,19 @@ from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import (
     continue_bifurcation,
     names_of_two,
-    of_solved_map,
     ranges,
 )
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint, of_curves
+from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves
 from vibroimpact.bifurcations.emanating import uninterrupted
+from vibroimpact.bifurcations.kinds import WEAK
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
-from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.kinds import BP
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Steps
 from vibroimpact.model.parameters import parameter_value
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result
@@ -44,34 +46,8 @@ from vibroimpact.results.result import Result
 if TYPE_CHECKING:
     import xarray as xr
 
-KINDS = ("SN", "PD", "BP", "NS")
-ALSO = ("GR", "ZERO")
 CHORD = 0.1  # (1)
 SAME = 1e-6  # (2)
-THROUGH = {  # kinds of the curves of one orbit that pass through a point
-    "R1": ("SN", "NS"), "R2": ("PD", "NS"), "LPPD": ("SN", "PD"), "LPNS": ("SN", "NS"),
-    "PDNS": ("PD", "NS"),
-}  # fmt: skip
-SWITCHED = ("R2", "R3", "R4", "GPD", "LPPD", "PDNS")
-
-
-@dataclass(frozen=True)
-class AtlasPoint:
-    """Point of codimension two, with the curves that meet there.
-
-    Attributes
-    ----------
-    kind
-        As for :class:`CodimensionTwoPoint`.
-    parameters
-        Values of both parameters, shape (2,).
-    members
-        (number of the curve, label on it) for every curve that passes.
-    """
-
-    kind: str
-    parameters: tuple[float, float]
-    members: tuple[tuple[int, str], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,32 +73,32 @@ class Atlas(Result):
     complete: bool
 
     @property
-    def points(self) -> tuple[AtlasPoint, ...]:
-        """Points of codimension two, those shared by several curves once, in order of the first parameter."""
-        found: list[tuple[CodimensionTwoPoint, list[tuple[int, str]]]] = []
+    def points(self) -> tuple[tuple[tuple[int, BifurcationPoint], ...], ...]:
+        """Points of codimension two in order of the first parameter: each as (number of the curve, its point there).
+
+        Those that several curves share occur once, with the point on every one of them.
+        """
+        found: list[list[tuple[int, BifurcationPoint]]] = []
         for k, curve in enumerate(self.curves):
             for point in curve.special_points:
-                known = next((item for item in found if self._same(item[0], point)), None)
+                known = next((item for item in found if self._same(item[0][1], point)), None)
                 if known:
-                    known[1].append((k, point.label))
+                    known.append((k, point))
                 else:
-                    found.append((point, [(k, point.label)]))
-        listed = [
-            AtlasPoint(point.kind, self._at(point), tuple(members)) for point, members in found
-        ]
-        return tuple(sorted(listed, key=lambda point: point.parameters))
+                    found.append([(k, point)])
+        return tuple(tuple(item) for item in sorted(found, key=lambda item: self._at(item[0][1])))
 
-    def _at(self, point: CodimensionTwoPoint) -> tuple[float, float]:
+    def _at(self, point: BifurcationPoint) -> tuple[float, float]:
         return point.parameters[self.names[0]], point.parameters[self.names[1]]
 
-    def _same(self, first: CodimensionTwoPoint, second: CodimensionTwoPoint) -> bool:
+    def _same(self, first: BifurcationPoint, second: BifurcationPoint) -> bool:
         """Condition (2)."""
         widths = [high - low for low, high in self.bounds]
         near = all(
             abs(a - b) <= SAME * width
             for a, b, width in zip(self._at(first), self._at(second), widths, strict=True)
         )
-        return near and first.kind == second.kind
+        return near and first.record == second.record
 
     def to_dataset(self) -> xr.Dataset:
         """Convert to one xarray dataset: points and special points of all curves, with the number of the curve."""
@@ -141,10 +117,10 @@ class Atlas(Result):
             for k, curve in enumerate(self.curves)
         ]
         lines += [
-            f"  {point.kind} at {point.parameters[0]:.9g}, {point.parameters[1]:.9g}: curves "
-            + ", ".join(str(k) for k, _ in point.members)
-            for point in self.points
-            if point.kind != "WEAK"
+            f"  {item[0][1].kind} at {', '.join(f'{x:.9g}' for x in self._at(item[0][1]))}: curves "
+            + ", ".join(str(k) for k, _ in item)
+            for item in self.points
+            if item[0][1].record != WEAK
         ]
         return "\n".join([*lines, *(f"  {failure}" for failure in self.failures)])
 
@@ -174,7 +150,7 @@ def bifurcation_atlas(
     parameters, bounds
         As for :func:`~vibroimpact.continue_bifurcation`.
     touches
-        Also follow grazing and vanishing impact speeds, "GR" and "ZERO".
+        Also follow grazing and vanishing impact speeds.
     levels
         How many times curves of orbits of a multiple period, which begin at points of codimension two, are followed:
         0 for the orbit's own curves only.
@@ -219,9 +195,9 @@ def bifurcation_atlas(
     check_count("most", most, 1)
     check_progress(progress)
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
-    kinds, complete = (*KINDS, *ALSO) if touches else KINDS, True
+    complete = True
     with Reporter(progress, "atlas") as report:
-        search = _Search(names, inside, kinds, most, steps, report)
+        search = _Search(names, inside, touches, most, steps, report)
         try:
             search.from_orbit(start)
             search.level(levels)
@@ -240,7 +216,7 @@ class _Search:
 
     names: tuple[str, str]
     bounds: tuple[Bounds, Bounds]
-    kinds: tuple[str, ...]
+    touches: bool
     most: int
     steps: Steps | None
     report: Reporter
@@ -255,7 +231,7 @@ class _Search:
             branch = continue_orbit(orbit, name, pair)
             uninterrupted(branch.curve)
             for point in branch.special_points:
-                self._follow(point, "")
+                self._follow(point, point.record)
 
     def level(self, left: int) -> None:
         """Curves through and from the points of the curves so far; ``left`` levels of switching."""
@@ -263,7 +239,7 @@ class _Search:
             curve = self.curves[self.done]
             self.done += 1
             for point in curve.special_points:
-                for kind in THROUGH.get(point.kind, ()):
+                for kind in point.record.curves:
                     self._follow(point, kind)
         if left == 0:
             return
@@ -271,28 +247,29 @@ class _Search:
         self.switched = len(self.curves)
         for curve in here:
             for point in curve.special_points:
-                if point.kind in SWITCHED and not self._seen(point):
+                if point.record.begins and not self._seen(point):
                     self._switch(point)
         if len(self.curves) > self.switched:
             self.level(left - 1)
 
-    def _follow(self, point: BifurcationPoint | CodimensionTwoPoint, kind: str) -> None:
+    def _follow(self, point: BifurcationPoint, kind: PointKind) -> None:
         """Follow one kind of curve through a point, unless there is one."""
-        wanted = of_solved_map(kind or point.kind, point.orbit)
-        if wanted not in self.kinds or (wanted == "BP" and not point.orbit.symmetric):
+        wanted = kind.of_map(symmetric=point.orbit.symmetric)
+        followed = wanted.critical or (self.touches and wanted.touch and wanted.begins)
+        if not followed or wanted == BP:
             return
-        if any(curve.kind == wanted and _is_on(curve, point.orbit) for curve in self.curves):
+        if any(curve.record == wanted and _is_on(curve, point.orbit) for curve in self.curves):
             return
         try:
             curve = continue_bifurcation(
-                point, self.names, self.bounds, kind=kind, steps=self.steps
+                point, self.names, self.bounds, kind=wanted.label, steps=self.steps
             )
         except InvalidParameterError as error:
-            self.failures.append(f"{wanted} at {point.label}: {error}")
+            self.failures.append(f"{wanted.label} at {point.label}: {error}")
             return
         self._add(curve)
 
-    def _switch(self, point: CodimensionTwoPoint) -> None:
+    def _switch(self, point: BifurcationPoint) -> None:
         found = switch_curve(point, self.bounds, steps=self.steps)
         if isinstance(found, NoCurve):
             if not getattr(point.normal_form, "switchable", ()):
@@ -308,13 +285,13 @@ class _Search:
             if not any(_is_on(other, middle) for other in known):
                 self._add(curve)
 
-    def _seen(self, point: CodimensionTwoPoint) -> bool:
+    def _seen(self, point: BifurcationPoint) -> bool:
         """Whether an earlier curve has the same point and orbit."""
         for curve in self.curves:
             for other in curve.special_points:
                 if other is point:
                     return False
-                same = other.kind == point.kind and np.allclose(
+                same = other.record == point.record and np.allclose(
                     list(other.parameters.values()),
                     list(point.parameters.values()),
                     atol=0.0,

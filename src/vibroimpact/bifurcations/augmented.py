@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.conditions import Condition
 from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.normal_forms.forms import Forms
 
 BOUND = "bound"
 Bounds = tuple[float, float]
@@ -98,3 +99,18 @@ class Augmented:
         """The orbit or fixed point."""
         z, _, a = self.parts(Z, p)
         return self.equations.solution(z, a)
+
+    def forms(self, Z: Floats, p: float) -> Forms:
+        """Multilinear forms of the map."""
+        z, _, a = self.parts(Z, p)
+        return self.equations.forms(z, a)
+
+    def multipliers(self, Z: Floats, p: float) -> Complexes:
+        """Multipliers of the map."""
+        z, _, a = self.parts(Z, p)
+        return self.equations.multipliers(z, a)
+
+
+def is_inside(a: Pair, bounds: Both) -> bool:
+    """Whether both parameters are in their ranges."""
+    return all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True))

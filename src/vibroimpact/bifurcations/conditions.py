@@ -28,12 +28,11 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.branches.family import FLIGHT, SPEED, products_of_pairs
+from vibroimpact.branches.family import FLIGHT, SPEED, Parameters, products_of_pairs
+from vibroimpact.branches.kinds import Function
 from vibroimpact.compile.prescribed import End
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.orbits.admissibility import Nearest
-
-CRITICAL = {"SN": 1.0, "PD": -1.0, "BP": -1.0}
 
 
 class Derivatives(NamedTuple):
@@ -264,9 +263,6 @@ class ClosingRate(_OneEquation):
 
 # ---- a level of a function -----------------------------------------------------------------------
 
-Function = Callable[[Any, Any, Any], Any]
-"""g(states, durations, parameters): arrays of floats or of jets, shapes (m, 2n + 1), (m,), (2,)."""
-
 
 class Level(_OneEquation):
     """A function of the orbit keeps a value: g(states, durations, parameters) = value."""
@@ -276,7 +272,7 @@ class Level(_OneEquation):
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
         """G minus its level."""
-        return np.array([float(self.function(*self._arguments(z, a))) - self.level])
+        return np.array([float(self.function(*self.arguments(z, a))) - self.level])
 
     def gradient(self, z: Floats, a: Pair) -> Floats:
         """Derivatives of g, which is evaluated on jets."""
@@ -284,17 +280,19 @@ class Level(_OneEquation):
         gradient = np.zeros(d + 2)
         for first in range(0, d + 2, 3):
             jets = [_seeded(x, i - first) for i, x in enumerate(numbers)]
-            moved = self.function(*self._arguments(np.array(jets[:d], dtype=object), jets[d:]))
+            moved = self.function(*self.arguments(np.array(jets[:d], dtype=object), jets[d:]))
             if isinstance(moved, Jet):
                 count = min(3, d + 2 - first)
                 gradient[first : first + count] = [moved.coefficients[1 << k] for k in range(count)]
         return gradient
 
-    def _arguments(self, z: Any, a: Sequence[Any]) -> tuple[Any, Any, Any]:
+    def arguments(self, z: Any, a: Sequence[Any]) -> tuple[Any, Any, Any]:
+        """Arguments of the function, of floats or of jets."""
         rows = np.reshape(z, (len(self.plane.impacts), self.plane.size + 1))
         states = np.zeros((len(rows), 2 * self.plane.mechanism.degrees + 1), dtype=rows.dtype)
         states[:, self.plane.kept] = rows[:, : self.plane.size]
-        return states, rows[:, self.plane.size], a
+        parameters = Parameters(self.plane.system, dict(zip(self.plane.names, a, strict=True)))
+        return states, rows[:, self.plane.size], parameters
 
 
 class FlightTime(Level):
@@ -314,3 +312,10 @@ def _seeded(x: float, direction: int) -> Jet:
     if 0 <= direction < 3:
         seed[1 << direction] = 1.0
     return Jet.of(float(x), seed)
+
+
+OF_TESTS: dict[str, Callable[[OrbitPlane, int], Condition]] = {
+    SPEED: ClosingRate,
+    FLIGHT: FlightTime,
+}
+"""Conditions that a test function of a segment is zero."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,94 +16,46 @@ from vibroimpact._core.checks import (
     range_of,
     real,
     refusal,
-    shown,
     vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds, Tests
-from vibroimpact.bifurcations.conditions import (
-    CRITICAL,
-    ClosingRate,
-    Condition,
-    CriticalMultiplier,
-    CriticalPair,
-    FlightTime,
-    Function,
-    Graze,
-    Level,
-)
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint, is_motion
+from vibroimpact.bifurcations.conditions import Condition, Level
+from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_maps import MapPlane
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.special import special_points
-from vibroimpact.bifurcations.tests_along import CUBIC, AtMultiplier, AtPair, nothing
-from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.bifurcations.starting_orbits import solution_at
+from vibroimpact.bifurcations.tests_along import (
+    COSINE,
+    CUBIC,
+    condition_of,
+    nothing,
+    on_multipliers,
+)
 from vibroimpact.branches.checks import check_parameter
-from vibroimpact.branches.family import lossless
+from vibroimpact.branches.family import OrbitFamily, lossless
+from vibroimpact.branches.kinds import BP, EVENTS, GR, LEVEL, NS, ONE, Function, checked_value
+from vibroimpact.branches.point import BifurcationPoint, is_motion
 from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
 from vibroimpact.continuation.curve import End, Unresolved
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.normal_forms.kind import PointKind, PointKinds
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
 STEPS = Steps(first=0.02, largest=0.5, points=600)
-ON_MULTIPLIERS = (*CRITICAL, "NS")
-
-
-@dataclass(frozen=True)
-class MapPoint:
-    """Bifurcation of a map with two parameters, given by a formula, from which its curve is followed.
-
-    Parameters
-    ----------
-    kind
-        "SN", "PD" or "NS".
-    map
-        A map with two parameters.
-    x, p
-        The fixed point, shape (d,), and both parameters; guesses that Newton's iteration corrects.
-
-    Raises
-    ------
-    InvalidParameterError
-        Another kind, a map that does not have two parameters, arrays of another shape.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> henon = vi.ExplicitMap(lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2], dimension=2,
-    ...                        parameters=("alpha", "beta"))
-    >>> start = vi.MapPoint("NS", henon, (0.5, 0.5), (1.25, 1.0))
-    """
-
-    kind: str
-    map: ExplicitMap
-    x: ArrayLike
-    p: tuple[float, float]
-
-    def __post_init__(self) -> None:
-        check_kind("map", self.map, ExplicitMap, "an ExplicitMap")
-        check_choice("kind", self.kind, ("SN", "PD", "NS"))
-        if len(self.map.parameters) != 2:
-            raise InvalidParameterError(
-                f"map: has the parameters {self.map.parameters}; give one with two, as in "
-                'ExplicitMap(function, dimension=2, parameters=("alpha", "beta")).'
-            )
-        first, second = vector("p", self.p, 2)
-        object.__setattr__(self, "p", (first, second))
-        self.map.forms(self.x, self.p)
 
 
 class Start(NamedTuple):
     """Bifurcation, or a guess of one, from which its curve is followed."""
 
-    kind: str
+    kind: PointKind
     equations: Equations
     condition: Condition
     tests: Tests
@@ -113,7 +64,7 @@ class Start(NamedTuple):
 
 
 def continue_bifurcation(
-    point: BifurcationPoint | CodimensionTwoPoint | MapPoint,
+    point: BifurcationPoint,
     parameters: tuple[str, str],
     bounds: tuple[Bounds, Bounds],
     *,
@@ -127,15 +78,15 @@ def continue_bifurcation(
     Parameters
     ----------
     point
-        Where to start: a special point of a branch ("SN", "PD", "NS", "GR", "ZERO", "SIM", or "BP" of symmetric
-        orbits), a point of another curve, or a :class:`MapPoint`.
+        Where to start: a special point of a branch, of any kind but an onset of sticking and a branch point of orbits
+        without symmetry; a point of another curve; or a :func:`map_bifurcation`.
     parameters
         Names of two different parameters; that of the branch need not be among them.
     bounds
         ((low, high), (low, high)) of both, with the start inside; the curve ends exactly there, or where it closes.
     kind
-        From a point of codimension two the kind of the curve to follow through it: "SN", "PD" (of symmetric orbits
-        "BP") or "NS". Elsewhere it is that of the point.
+        From a point of a curve the kind of the curve to follow through it, by its label, such as "NS". Elsewhere it is
+        that of the point.
     steps
         Step lengths in scaled arclength, number of points.
     both
@@ -203,8 +154,8 @@ def continue_level(
         A converged orbit on the curve, or near it.
     function
         g(states, durations, parameters) of the states (x, v, theta) just after each solved impact, shape (m, 2n + 1),
-        the flight times, shape (m,), and both parameters. It computes with + - * / ** and numpy functions, so that it
-        can be differentiated: numbers may be jets.
+        the flight times, shape (m,), and the parameters of the system by name. It computes with + - * / ** and numpy
+        functions, so that it can be differentiated: numbers may be jets.
     value
         The value that is kept; by default that at the orbit.
     parameters, bounds, steps, both, progress
@@ -238,30 +189,14 @@ def continue_level(
     if not callable(function):
         raise refusal("function", function, "a function of states, durations and parameters")
     names = names_of_two(parameters)
-    plane, z, a = _of_orbit(converged(orbit), names, bounds)
+    plane, z, a = _of_orbit(converged(orbit), names, bounds, EVENTS)
     level = Level(plane, function, 0.0)
-    own = _value_at(level, z, a)
+    own = checked_value("function", function, level.arguments(z, a))
     level.level = own if value is None else real("value", value)
-    start = Start("level", plane, level, nothing, z, a)
+    start = Start(LEVEL, plane, level, nothing, z, a)
     with Reporter(progress, "curve of a level") as report:
         told = report.counted("points", names[1])
         return followed(start, ranges(names, a, bounds), both=both, steps=steps, progress=told)
-
-
-def _value_at(level: Level, z: Floats, a: Pair) -> float:
-    """Value of a user's function at the start, which must be a number."""
-    try:
-        value = float(level.value(z, np.empty(0), a)[0])
-    except (TypeError, ValueError, IndexError, AttributeError) as error:
-        raise InvalidParameterError(
-            f"function = {shown(level.function)}: failed ({error}). It takes states, durations, parameters and returns "
-            "a number."
-        ) from error
-    if not math.isfinite(value):
-        raise InvalidParameterError(
-            f"function = {shown(level.function)}: is {value} at the start; it must be finite there."
-        )
-    return value
 
 
 def followed(
@@ -276,7 +211,7 @@ def followed(
     return curve_of(start.kind, problem, curve)
 
 
-def curve_of(kind: str, problem: Augmented, curve: Curve) -> BifurcationCurve:
+def curve_of(kind: PointKind, problem: Augmented, curve: Curve) -> BifurcationCurve:
     """Curve of bifurcations from a continued curve."""
     refused = getattr(problem.equations, "refused", "")
     before, after = (_explained(end, problem, refused) for end in curve.ends)
@@ -287,12 +222,12 @@ def curve_of(kind: str, problem: Augmented, curve: Curve) -> BifurcationCurve:
     parts = [problem.parts(Z, p) for Z, p in places]
     multipliers = np.array([problem.equations.multipliers(z, a) for z, _, a in parts])
     neutral = np.zeros(len(curve), dtype=bool)
-    if kind == "NS":
-        neutral = np.abs(curve.tests["R4"]) > 1.0
+    if kind.critical == (None,):
+        neutral = np.abs(curve.tests[COSINE]) > 1.0
     unresolved = [*_of_pairs(curve, neutral), *doubtful]
     curve = replace(curve, unresolved=tuple(unresolved))
     return BifurcationCurve(
-        kind=kind,
+        record=kind,
         names=problem.equations.names,
         bounds=problem.bounds,
         values=np.array([a for _, _, a in parts]),
@@ -333,84 +268,70 @@ def _explained(end: End, problem: Augmented, refused: str) -> End:
 
 
 def _start(point: Any, parameters: Any, bounds: Any, kind: str) -> Start:
-    allowed = (BifurcationPoint, CodimensionTwoPoint, MapPoint)
-    check_kind("point", point, allowed, "a special point of a branch or a curve, or a MapPoint")
+    check_kind(
+        "point",
+        point,
+        BifurcationPoint,
+        "a special point of a branch or a curve, or a map_bifurcation",
+    )
+    if not isinstance(point.problem, OrbitFamily | Augmented):
+        raise refusal("point", point, "a special point of orbits or of a map, not of circles")
     names = names_of_two(parameters)
-    if isinstance(point, MapPoint):
-        return _of_map(point, names)
-    if isinstance(point, CodimensionTwoPoint) and not isinstance(point.orbit, Orbit):
-        wanted = kind or point.curve_kind
-        equations = point.problem.equations
-        assert isinstance(equations, MapPlane)
-        p = (point.parameters[equations.names[0]], point.parameters[equations.names[1]])
-        return _of_map(MapPoint(wanted, equations.map, point.orbit.x, p), names)
+    if isinstance(point.orbit, Orbit):
+        wanted = _kind_at(point, kind)
+        plane, z, a = _of_orbit(point.orbit, names, bounds, _events_at(point))
+        condition, tests = _condition(wanted, point, plane)
+        return Start(wanted, plane, condition, tests, z, a)
     wanted = _kind_at(point, kind)
-    plane, z, a = _of_orbit(point.orbit, names, bounds)
-    condition, tests = _condition(wanted, point, plane)
-    return Start(wanted, plane, condition, tests, z, a)
+    equations, _, a = solution_at(point)
+    if names != equations.names:
+        raise InvalidParameterError(
+            f"parameters = {names}: those of the map are {equations.names}, in this order."
+        )
+    return Start(wanted, equations, *on_multipliers(wanted, equations), point.orbit.x, a)
 
 
-def _kind_at(point: BifurcationPoint | CodimensionTwoPoint, kind: str) -> str:
+def _events_at(point: BifurcationPoint) -> PointKinds:
+    """Kinds with test functions of their own on the branch or curve of a point."""
+    equations = getattr(point.problem, "equations", point.problem)
+    events: PointKinds = equations.events
+    return events
+
+
+def _kind_at(point: BifurcationPoint, kind: str) -> PointKind:
     """Kind of the curve that is wanted, refused where there is none."""
-    own = point.curve_kind if isinstance(point, CodimensionTwoPoint) else point.kind
-    wanted = kind or own
-    if isinstance(point, BifurcationPoint):
-        check_choice("kind", wanted, (own,))
-    check_choice("kind", wanted, ("SN", "PD", "BP", "NS", "GR", "ZERO", "SIM"))
-    if wanted == "BP" and not point.orbit.symmetric:
+    own = point.curve or point.record
+    if kind and kind != own.label:
+        check_choice("kind", kind, ONE if point.curve else (own.label,))
+        own = ONE[kind]
+    wanted = own.of_map(symmetric=getattr(point.orbit, "symmetric", False))
+    if wanted == BP:
         raise InvalidParameterError(
             f"point = {point.label}: two branches cross there, which one more parameter undoes: there is no curve of "
             "such points. Take a point of a symmetric orbit, or follow the folds beside it."
         )
-    if wanted == "NS" and lossless(point.orbit.mechanism):
+    if wanted == NS and isinstance(point.orbit, Orbit) and lossless(point.orbit.mechanism):
         raise InvalidParameterError(
-            "kind = 'NS': without loss the products of multipliers are one everywhere. Add damping, or take "
-            "restitution < 1."
+            f"kind = {wanted.label!r}: without loss the products of multipliers are one everywhere. Add damping, or "
+            "take restitution < 1."
         )
-    return of_solved_map(wanted, point.orbit)
-
-
-def of_solved_map(kind: str, orbit: Orbit) -> str:
-    """Name of a kind for an orbit: period doubling of a half map is symmetry breaking."""
-    return "BP" if kind == "PD" and orbit.symmetric else kind
+    return wanted
 
 
 def _condition(
-    kind: str, point: BifurcationPoint | CodimensionTwoPoint, plane: OrbitPlane
+    kind: PointKind, point: BifurcationPoint, plane: OrbitPlane
 ) -> tuple[Condition, Tests]:
-    if kind == "GR" and isinstance(point, BifurcationPoint) and point.orbit.rateless:
+    if kind == GR and point.curve is None and point.orbit.rateless:
         raise InvalidParameterError(
             f"point = {point.label}: a flight of the orbit vanishes there, and its equations are singular. "
-            "Take the same touch of the orbits without that flight: switch_branch(point), then its GR."
+            f"Take the same touch of the orbits without that flight: switch_branch(point), then its {kind.label}."
         )
-    found = condition_of(kind, plane, point.nearest, getattr(point, "segment", -1))
+    found = condition_of(kind, plane, point.nearest, point.segment)
     if found is None:
-        raise InvalidParameterError(f"point = {point.label}: no curve of kind {kind} starts there.")
+        raise InvalidParameterError(
+            f"point = {point.label}: no curve of kind {kind.label} starts there."
+        )
     return found
-
-
-def on_multipliers(kind: str, equations: Equations) -> tuple[Condition, Tests]:
-    """Condition and test functions of SN, PD, BP and NS."""
-    if kind == "NS":
-        pair = CriticalPair(equations)
-        return pair, AtPair(pair)
-    condition = CriticalMultiplier(equations, CRITICAL[kind])
-    return condition, AtMultiplier(condition)
-
-
-def condition_of(
-    kind: str, plane: OrbitPlane, touch: Nearest | None, segment: int
-) -> tuple[Condition, Tests] | None:
-    """Condition and test functions of a kind; for GR with the touch, for ZERO and SIM with the segment."""
-    if kind in ON_MULTIPLIERS:
-        return on_multipliers(kind, plane)
-    if kind == "GR" and touch is not None:
-        return Graze(plane, touch), nothing
-    if kind == "ZERO" and segment >= 0:
-        return ClosingRate(plane, segment), nothing
-    if kind == "SIM" and segment >= 0:
-        return FlightTime(plane, segment), nothing
-    return None
 
 
 def names_of_two(parameters: Any) -> tuple[str, str]:
@@ -425,21 +346,65 @@ def names_of_two(parameters: Any) -> tuple[str, str]:
     return first, second
 
 
-def _of_orbit(orbit: Orbit, names: tuple[str, str], bounds: Any) -> tuple[OrbitPlane, Floats, Pair]:
+def _of_orbit(
+    orbit: Orbit, names: tuple[str, str], bounds: Any, events: PointKinds
+) -> tuple[OrbitPlane, Floats, Pair]:
     a = (parameter_value(orbit.system, names[0]), parameter_value(orbit.system, names[1]))
     for name, value, pair in zip(names, a, _pairs(bounds), strict=True):
         check_parameter(orbit, name, range_of(f"bounds of {name}", pair, name, value))
-    plane = OrbitPlane.around_orbit(orbit, names)
+    plane = OrbitPlane.around_orbit(orbit, names, events)
     return plane, plane.packed(orbit.states, orbit.durations), a
 
 
-def _of_map(point: MapPoint, names: tuple[str, str]) -> Start:
-    if names != point.map.parameters:
+def map_bifurcation(
+    kind: str, mapping: ExplicitMap, x: ArrayLike, p: tuple[float, float]
+) -> BifurcationPoint:
+    """Bifurcation of a map with two parameters, given by a formula, from which its curve is followed.
+
+    Parameters
+    ----------
+    kind
+        Label of a smooth kind: "SN", "PD" or "NS".
+    mapping
+        A map with two parameters.
+    x, p
+        The fixed point, shape (d,), and both parameters; guesses that Newton's iteration corrects.
+
+    Returns
+    -------
+    BifurcationPoint
+        For :func:`continue_bifurcation`.
+
+    Raises
+    ------
+    InvalidParameterError
+        Another kind, a map that does not have two parameters, arrays of another shape.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> henon = vi.ExplicitMap(lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2], dimension=2,
+    ...                        parameters=("alpha", "beta"))
+    >>> start = vi.map_bifurcation("NS", henon, (0.5, 0.5), (1.25, 1.0))
+    """
+    check_kind("mapping", mapping, ExplicitMap, "an ExplicitMap")
+    check_choice("kind", kind, [k.label for k in ONE.values() if k.critical and k != BP])
+    if len(mapping.parameters) != 2:
         raise InvalidParameterError(
-            f"parameters = {names}: those of the map are {point.map.parameters}, in this order."
+            f"mapping: has the parameters {mapping.parameters}; give one with two, as in "
+            'ExplicitMap(function, dimension=2, parameters=("alpha", "beta")).'
         )
-    plane, z = MapPlane(point.map), np.array(point.x, dtype=float)
-    return Start(point.kind, plane, *on_multipliers(point.kind, plane), z, point.p)
+    first, second = vector("p", p, 2)
+    mapping.forms(x, (first, second))  # checks the shape of x
+    plane, z, record = MapPlane(mapping), np.array(x, dtype=float), ONE[kind]
+    bounds = (first, first), (second, second)
+    problem = Augmented(plane, *on_multipliers(record, plane), bounds)
+    Z = problem.packed(z, problem.condition.start(z, (first, second)), (first, second))
+    return BifurcationPoint(
+        record=record, label=kind, parameters={plane.names[0]: first, plane.names[1]: second}, problem=problem,
+        orbit=mapping.point(z, (first, second)), bounds=bounds, curve=record, test=record.test, parameter=second, z=Z,
+        tangent=np.zeros(len(Z) + 1), arclength=0.0, error=0.0, crossing=0,
+    )  # fmt: skip
 
 
 def _pairs(bounds: Any) -> tuple[Any, Any]:

@@ -7,50 +7,24 @@ reason NEAR.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
-from vibroimpact.bifurcations.conditions import Condition
-from vibroimpact.bifurcations.continue_bifurcation import Start, followed, on_multipliers, ranges
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.bifurcations.equations import Equations, Pair
-from vibroimpact.bifurcations.tests_along import nothing
-from vibroimpact.continuation import Curve, SpecialPoint, Steps, Stopped, continue_curve
+from vibroimpact.bifurcations.continue_bifurcation import Start, followed, ranges
+from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.bifurcations.equations import Equations, Pair, Solution
+from vibroimpact.bifurcations.starting_orbits import Born, run_through
+from vibroimpact.bifurcations.tests_along import nothing, on_multipliers
+from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.continuation import Curve, LocatedPoint, Steps, Stopped, continue_curve
 from vibroimpact.continuation.walk import CurveProgress
+from vibroimpact.normal_forms.kind import PointKind
 
 NEAR = "the point at which the curve begins is near"
 SHARE = 0.5  # of the distance at which it was found
-
-
-class Solution(NamedTuple):
-    """Solution of equations over two parameters."""
-
-    equations: Equations
-    z: Floats
-    a: Pair
-
-
-class Born(NamedTuple):
-    """Start of a curve that begins at a point: an orbit near it, for a touch with its condition."""
-
-    solution: Solution
-    condition: Condition | None = None
-
-
-def solution_at(point: CodimensionTwoPoint) -> Solution:
-    """The orbit at a point of codimension two."""
-    equations = point.problem.equations
-    z, _, a = point.problem.parts(point.z, point.parameters[equations.names[1]])
-    return Solution(equations, z, a)
-
-
-def run_through(origin: Solution, z: Floats) -> Floats:
-    """Unknowns of the orbit at a point run through as often as those of an orbit of a multiple period."""
-    times = len(z) // len(origin.z)
-    return origin.equations.unrolled(origin.z, np.zeros((times, len(origin.z))))
 
 
 class Slice:
@@ -64,7 +38,7 @@ class Slice:
         """Both parameters."""
         return (p, self.held) if self.along == 0 else (self.held, p)
 
-    def solution(self, point: SpecialPoint) -> Solution:
+    def solution(self, point: LocatedPoint) -> Solution:
         """A special point of a curve on the slice."""
         return Solution(self.equations, point.z, self.at(point.parameter))
 
@@ -89,12 +63,12 @@ class Slice:
 
 
 def emanating(
-    kind: str, origin: Solution, born: Born, bounds: tuple[Bounds, Bounds],
+    kind: PointKind, origin: Solution, born: Born, bounds: tuple[Bounds, Bounds],
     steps: Steps | None, progress: CurveProgress | None, share: float = SHARE,
 ) -> BifurcationCurve:  # fmt: skip
     """Curve of orbits of a multiple period that are born at a point, from one of them.
 
-    A touch is given by its condition, other kinds by their name. The start is corrected across the straight line from
+    A touch is given by its condition, other kinds by their record. The start is corrected across the straight line from
     the point, where all these orbits are one. On the curve of a touch the orbits of both turns change roles there: it
     is followed away from the point only.
 
@@ -124,7 +98,7 @@ def emanating(
 
 
 def checked_bounds(
-    point: CodimensionTwoPoint, bounds: tuple[Bounds, Bounds] | None
+    point: BifurcationPoint, bounds: tuple[Bounds, Bounds] | None
 ) -> tuple[Bounds, Bounds]:
     """Bounds with the point inside, by default those of its curve."""
     wanted = point.problem.bounds if bounds is None else bounds
@@ -147,8 +121,3 @@ def on_slice(piece: Slice, start: Floats, p: float, bounds: Bounds, **options: A
 def width_of(pair: Bounds) -> float:
     """Length of a range."""
     return pair[1] - pair[0]
-
-
-def is_inside(a: Pair, bounds: tuple[Bounds, Bounds]) -> bool:
-    """Whether both parameters are in their ranges."""
-    return all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True))

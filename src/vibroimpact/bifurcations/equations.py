@@ -13,7 +13,7 @@ the finite eigenvalues of a pencil, also where the map itself is not smooth beca
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.forms import Forms
@@ -88,3 +88,11 @@ class Equations(Protocol):
     def solution(self, z: Floats, a: Pair) -> Any:
         """The orbit or the fixed point."""
         ...
+
+
+class Solution(NamedTuple):
+    """Solution of equations over two parameters."""
+
+    equations: Equations
+    z: Floats
+    a: Pair

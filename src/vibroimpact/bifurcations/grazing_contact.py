@@ -35,7 +35,6 @@ import numpy as np
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.augmented import Augmented
 from vibroimpact.bifurcations.conditions import (
-    CRITICAL,
     ClosingRate,
     Condition,
     CriticalMultiplier,
@@ -45,11 +44,14 @@ from vibroimpact.bifurcations.conditions import (
 from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.tests_along import nothing
-from vibroimpact.branches.switch import single_tangent, with_touch, without_impact
+from vibroimpact.branches.beginning import single_tangent, with_touch, without_impact
+from vibroimpact.branches.kinds import GR, PD, SN, ZERO
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.verify import CRITICAL as AT_CRITICAL
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.model.mechanism import accelerations
 from vibroimpact.normal_forms.critical import Refusal, Status
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import NewCurve
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.newton import scale_of
@@ -59,7 +61,6 @@ from vibroimpact.orbits.problem import OrbitProblem
 SINGULAR = 1e-6  # least singular value over the largest, equilibrated: points are known to 1e-10
 PARALLEL = 1e-9  # to an axis: change of a parameter over that of both, in the ranges
 STEP = 1e-3  # of the ranges of the parameters, from a point where multipliers are not determined
-WORDS = {"GR": "a stop is touched", "ZERO": "the impact is a touch"}
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class GrazingContact:
     Attributes
     ----------
     kind
-        "GR": a flight touches a stop, or "ZERO": an impact has become a touch.
+        Label of the touch: a flight touches a stop, or an impact has become a touch.
     curve_kind
         Kind of the curve of bifurcations.
     along, across
@@ -128,8 +129,9 @@ class GrazingContact:
         """Sentences: how the curves meet, and which orbits are on which side."""
         how = "is tangent to" if self.order == 2 else "crosses"
         half = "above" if self.admissible_side > 0 else "below"
+        touch = "the impact is a touch" if self.kind == ZERO.label else "a stop is touched"
         first = (
-            f"the curve of {self.curve_kind} {how} the curve of {self.kind}, on which {WORDS[self.kind]}, and consists "
+            f"the curve of {self.curve_kind} {how} the curve of {self.kind}, on which {touch}, and consists "
             f"of motions for {self.along} {half} {self.at:.6g}"
         )
         own, other = self.impacts
@@ -163,8 +165,8 @@ class _At(NamedTuple):
 class Touching(NamedTuple):
     """The orbit at a special point of a curve."""
 
-    kind: str
-    curve_kind: str
+    kind: PointKind
+    curve: PointKind
     orbit: Orbit
     plane: OrbitPlane
     z: Floats
@@ -175,26 +177,38 @@ class Touching(NamedTuple):
     segment: int
 
 
+def touching(point: BifurcationPoint) -> Touching:
+    """What the contact of the two curves at a touch is computed from."""
+    plane, curve = point.problem.equations, point.curve
+    assert isinstance(plane, OrbitPlane)
+    assert curve is not None
+    z, _, a = point.problem.parts(point.z, point.parameter)
+    (low, high), (second_low, second_high) = point.bounds
+    return Touching(
+        point.record, curve, point.orbit, plane, z, a, point.tangent,
+        (high - low, second_high - second_low), point.nearest, point.segment,
+    )  # fmt: skip
+
+
 def touch_condition(
-    plane: OrbitPlane, kind: str, nearest: Nearest | None, segment: int
+    plane: OrbitPlane, kind: PointKind, nearest: Nearest | None, segment: int
 ) -> Condition:
     """Condition of the curve of a touch."""
-    if kind == "GR":
+    if kind == GR:
         assert nearest is not None
         return Graze(plane, nearest)
     return ClosingRate(plane, segment)
 
 
-def grazing_contact(point: Touching) -> GrazingContact | Refusal:
-    """How the curve of a special point of kind GR or ZERO meets the curve of the touch."""
+def grazing_contact(_kind: PointKind, at: BifurcationPoint) -> GrazingContact | Refusal:
+    """How the curve of a special point at a touch meets the curve of the touch."""
+    point = touching(at)
     plane, z, a = point.plane, point.z, point.a
     mu = plane.multipliers(z, a)
     if plane.signature.flights:
         return _refused(
             point, "the contact of curves at a touch is known for rigid stops alone", mu
         )
-    if point.kind == "ZERO" and point.segment < 0:
-        return _refused(point, "the file does not say which impact; follow the curve again", mu)
     touch = touch_condition(plane, point.kind, point.nearest, point.segment)
     of_touch = _rates(plane, touch, z, a)
     own = np.concatenate([point.tangent[: len(z)], point.tangent[-2:]])
@@ -217,15 +231,16 @@ def grazing_contact(point: Touching) -> GrazingContact | Refusal:
     sides, count, why, more = _beyond(point, other, along)
     names = plane.names
     return GrazingContact(
-        kind=point.kind, curve_kind=point.curve_kind, along=names[along], across=names[1 - along],
+        kind=point.kind.label, curve_kind=point.curve.label, along=names[along], across=names[1 - along],
         at=a[along], order=order, coefficient=coefficient, admissible_side=_sign(float(here.row @ own)),
         own_sides=own_sides, other_sides=sides, impacts=(len(point.orbit.signature.impacts), count),
-        switchable=(NewCurve(point.kind, 1), *_same_orbits(point), *more), why_not=why, multipliers=mu,
+        switchable=(NewCurve(point.kind.label, 1), *_same_orbits(point), *more), why_not=why, multipliers=mu,
     )  # fmt: skip
 
 
 def _refused(point: Touching, why: str, mu: Complexes) -> Refusal:
-    return Refusal(point.kind, Status.DEGENERATE, f"{point.kind}: {why}", mu)
+    label = point.kind.label
+    return Refusal(label, Status.DEGENERATE, f"{label}: {why}", mu)
 
 
 def _sign(x: float) -> int:
@@ -241,10 +256,10 @@ def _rates(plane: OrbitPlane, condition: Condition, z: Floats, a: Pair) -> Float
 
 
 def opening(
-    plane: OrbitPlane, z: Floats, a: Pair, kind: str, nearest: Nearest | None, segment: int
+    plane: OrbitPlane, z: Floats, a: Pair, kind: PointKind, nearest: Nearest | None, segment: int
 ) -> Floats:
     """Derivatives of the gap at a touch, or of the speed of an impact."""
-    if kind == "ZERO":
+    if kind == ZERO:
         return plane.impacts[segment].side * ClosingRate(plane, segment).gradient(z, a)
     assert nearest is not None
     graze = Graze(plane, nearest)
@@ -329,8 +344,8 @@ def _tangency(here: _At, own: Floats, of_touch: Floats, along: int) -> Meeting |
 
 def neighbour(point: Touching) -> _At | None:
     """Orbits with one impact more or fewer; None if they have none left."""
-    kind, nearest, segment = "ZERO", point.nearest, -1
-    if point.kind == "GR":
+    kind, nearest, segment = ZERO, point.nearest, -1
+    if point.kind == GR:
         assert nearest is not None
         signature, guess = with_touch(point.orbit, nearest)
         segment = nearest.segment
@@ -339,11 +354,13 @@ def neighbour(point: Touching) -> _At | None:
         if found is None:
             return None
         signature, guess, nearest = found
-        kind = "GR"
+        kind = GR
     system = point.orbit.system
     problem = OrbitProblem(system, signature, "")
     z = problem.packed(guess.states, guess.durations)
-    plane = OrbitPlane(system, signature, point.plane.names, scale_of(problem, z))
+    plane = OrbitPlane(
+        system, signature, point.plane.names, scale_of(problem, z), point.plane.events
+    )
     return _At(plane, z, point.a, opening(plane, z, point.a, kind, nearest, segment))
 
 
@@ -355,45 +372,46 @@ def _beyond(
         side = 0
         if point.plane.turn.any():
             side = _sign(free_gap_rate(point.plane, point.z, point.a, 1 - along))
-        why = f"without its only impact the motion is the linear forced one, which has no {point.curve_kind}"
+        why = f"without its only impact the motion is the linear forced one, which has no {point.curve.label}"
         return (side, side), 0, why, ()
     count, side = len(other.plane.signature.impacts), 0
     if _is_regular(other.plane, other.z, other.a):
         side = _side(other, along)
-    if point.curve_kind not in (*CRITICAL, "NS"):
+    if not point.curve.critical:
         return (side, side), count, "", ()
     mu = other.plane.multipliers(other.z, other.a)
-    if _are_critical(point.curve_kind, mu):
-        return (side, side), count, "", (NewCurve(point.curve_kind, 1),)
+    if _are_critical(point.curve, mu):
+        return (side, side), count, "", (NewCurve(point.curve.label, 1),)
     listed = ", ".join(f"{m:.6g}" if abs(m) < 1.0 / SINGULAR else "infinite" for m in mu)
-    why = f"orbits with {count} impacts have no {point.curve_kind} there: their multipliers are {listed}"
+    why = f"orbits with {count} impacts have no {point.curve.label} there: their multipliers are {listed}"
     return (side, side), count, why, ()
 
 
-def _are_critical(kind: str, mu: Complexes) -> bool:
+def _are_critical(kind: PointKind, mu: Complexes) -> bool:
     """Whether multipliers are those of a kind, or undetermined (5)."""
     if np.all(np.isnan(mu)):
         return True
-    if kind == "NS":
+    (critical,) = kind.critical
+    if critical is None:
         i, j = critical_pair(mu)
         return bool(abs(mu[i] * mu[j] - 1.0) <= AT_CRITICAL)
-    return bool(np.nanmin(np.abs(mu - CRITICAL[kind])) <= AT_CRITICAL)
+    return bool(np.nanmin(np.abs(mu - critical)) <= AT_CRITICAL)
 
 
 def _same_orbits(point: Touching) -> tuple[NewCurve, ...]:
     """The other one of SN and PD (5), else on PD the touch of the doubled orbits, if the doubling moves it."""
-    partners = {"SN": "PD", "PD": "SN", "BP": "SN"}
-    if point.kind == "ZERO" and point.curve_kind in partners:
+    if point.kind == ZERO and point.curve.critical not in ((), (None,)):
         least = [_least(point.plane, point.z, point.a, mu) for mu in (1.0, -1.0)]
         if max(least) <= SINGULAR:
-            return (NewCurve(partners[point.curve_kind], 1),)
-    if point.curve_kind not in ("PD", "BP"):
+            partner = PD if point.curve == SN else SN
+            return (NewCurve(partner.label, 1),)
+    if point.curve.critical != (-1.0,):
         return ()
     doubling = CriticalMultiplier(point.plane, -1.0).start(point.z, point.a)
     row = opening(point.plane, point.z, point.a, point.kind, point.nearest, point.segment)
     scaled = row[: len(doubling)] * point.plane.sizes
     felt = abs(float(scaled @ doubling)) > SINGULAR * float(np.linalg.norm(scaled))
-    return (NewCurve(point.kind, 2),) if felt else ()
+    return (NewCurve(point.kind.label, 2),) if felt else ()
 
 
 def free_gap_rate(plane: OrbitPlane, z: Floats, a: Pair, across: int) -> float:

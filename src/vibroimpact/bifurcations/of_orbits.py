@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +14,8 @@ from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.compile.prescribed import Prescribed, compile_prescribed
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
+from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import later, mirrored
-from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.orbits.newton import rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, Signature, Value, latest
@@ -31,12 +32,19 @@ class OrbitPlane(OrbitFamily):
         Names of the two parameters; values of the parameter are pairs here.
     sizes
         Sizes of the changes of the unknowns.
+    events
+        As for :class:`~vibroimpact.branches.family.OrbitFamily`.
     """
 
     def __init__(
-        self, system: System, signature: Signature, names: tuple[str, str], sizes: Floats
+        self,
+        system: System,
+        signature: Signature,
+        names: tuple[str, str],
+        sizes: Floats,
+        events: PointKinds,
     ) -> None:
-        super().__init__(system, signature, names[0], np.append(sizes, 1.0))
+        super().__init__(system, signature, names[0], np.append(sizes, 1.0), events)
         self.names = names
         self.sizes = sizes
         self.rows = rows_of(self, sizes)
@@ -46,11 +54,11 @@ class OrbitPlane(OrbitFamily):
         self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
 
     @classmethod
-    def around_orbit(cls, orbit: Orbit, names: tuple[str, str]) -> OrbitPlane:
+    def around_orbit(cls, orbit: Orbit, names: tuple[str, str], events: PointKinds) -> OrbitPlane:
         """Plane through an orbit, which gives the sizes."""
         z = orbit.problem.packed(orbit.states, orbit.durations)
         sizes = scale_of(OrbitProblem(orbit.system, orbit.signature, ""), z)
-        return cls(orbit.system, orbit.signature, names, sizes)
+        return cls(orbit.system, orbit.signature, names, sizes, events)
 
     def _closing(self) -> Floats:
         m, q = len(self.impacts), self.size
@@ -59,8 +67,7 @@ class OrbitPlane(OrbitFamily):
         return marks.reshape(m * (q + 1), m * (q + 1))
 
     def _system(self, p: Value) -> System:
-        assert isinstance(p, tuple)
-        return with_parameters(self.system, dict(zip(self.names, p, strict=True)))
+        return with_parameters(self.system, self.followed(p))
 
     def by_second(self, a: Pair) -> Prescribed:
         """System compiled for derivatives by the second parameter; the latest ones are kept."""
@@ -112,9 +119,10 @@ class OrbitPlane(OrbitFamily):
         key = z.tobytes(), a
         return latest(self._multipliers, key, lambda _: self.pencil(z, a).eigenvalues())
 
-    def forms(self, z: Floats, a: Pair) -> SegmentMap:
-        """Half map of a symmetric orbit, full map of others, with the first parameter."""
-        return solved_map(self.orbit(z, a), self.names[0])
+    def followed(self, p: Value) -> dict[str, Any]:
+        """Values of both parameters, by name."""
+        assert isinstance(p, tuple)
+        return dict(zip(self.names, p, strict=True))
 
     def on_section(self, v: Complexes) -> Complexes:
         """Change of the first state, without the position that the section leaves out."""
@@ -127,7 +135,9 @@ class OrbitPlane(OrbitFamily):
         symmetric = own.symmetric and times % 2 == 1
         turns = times // 2 if own.symmetric and not symmetric else times
         signature = replace(own.repeated(turns), symmetric=symmetric)
-        return OrbitPlane(self.system, signature, self.names, np.tile(self.sizes, times))
+        return OrbitPlane(
+            self.system, signature, self.names, np.tile(self.sizes, times), self.events
+        )
 
     def unrolled(self, z: Floats, changes: Floats) -> Floats:
         """Unknowns of :meth:`repeated` from z and the change of each iterate, shape (times, d)."""

@@ -12,7 +12,7 @@ Fails       ``Unresolved``: a zero whose orbit does not converge or that has no 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,155 +20,140 @@ from vibroimpact._core.labels import numbered
 from vibroimpact._core.types import Complexes
 from vibroimpact.bifurcations.augmented import BOUND, Augmented
 from vibroimpact.bifurcations.conditions import Graze, critical_pair
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint
-from vibroimpact.bifurcations.tests_along import (
-    CUBIC,
-    CUSP,
-    FLIP,
-    FOLD,
-    RESONANCES,
-)
-from vibroimpact.branches.family import FLIGHT, SPEED, STICK
-from vibroimpact.branches.grazing import Grazing, grazings
+from vibroimpact.bifurcations.kinds import CROSSING, TWO, WEAK, with_multipliers
+from vibroimpact.bifurcations.of_orbits import OrbitPlane
+from vibroimpact.bifurcations.tests_along import CUBIC, CUSP, FLIP, FOLD, RESONANCES
+from vibroimpact.branches.family import EVENT, FLIGHT, SPEED, STICK
+from vibroimpact.branches.grazing import grazings
+from vibroimpact.branches.kinds import GR, kind_of_test
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.verify import CRITICAL
-from vibroimpact.continuation import Curve, SpecialPoint, Unresolved
+from vibroimpact.continuation import Curve, Unresolved
+from vibroimpact.continuation.panel import BRANCH_POINT
+from vibroimpact.continuation.panel import FOLD as TURN
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.orbit import Orbit
 
 AT_TOUCH = 1e-6  # of the closing rates over their saturation: zeros are located to 1e-10, double ones to 1e-8
 MET = 1e-4  # of kappa, or a multiplier: double ones are known to half of the digits
-STRONG = {"R1": (1, 1), "R2": (1, 2), "R3": (1, 3), "R4": (1, 4)}
-TOUCH = {SPEED: "ZERO", FLIGHT: "SIM", STICK: "STICK"}
+NO_MULTIPLIERS = (SPEED, FLIGHT, STICK, EVENT)  # words of test functions
 
-
-class _Found(NamedTuple):
-    arclength: float
-    kind: str
-    resonance: tuple[int, int] | None
-    point: SpecialPoint | Grazing
-    segment: int = -1
+_Fields = dict[str, Any]  # of a special point; its place is that of a located point
 
 
 def special_points(
-    kind: str, problem: Augmented, curve: Curve, orbits: list[Any]
-) -> tuple[list[CodimensionTwoPoint], list[Unresolved]]:
+    kind: PointKind, problem: Augmented, curve: Curve, orbits: list[Any]
+) -> tuple[list[BifurcationPoint], list[Unresolved]]:
     """Special points of a curve in order, and parts that may hide one."""
-    found: list[_Found] = []
+    found: list[_Fields] = []
     doubtful: list[Unresolved] = []
     for item in (*_zeros(kind, problem, curve), *_touches(problem, curve, orbits)):
-        if isinstance(item, _Found):
-            found.append(item)
-        else:
-            doubtful.append(item)
-    found.sort(key=lambda item: item.arclength)
-    words = [
-        "{}/{}".format(*item.resonance) if item.kind == "WEAK" and item.resonance else item.kind
-        for item in found
-    ]
+        (doubtful if isinstance(item, Unresolved) else found).append(item)  # type: ignore[arg-type]
+    found.sort(key=lambda fields: fields["arclength"])
+    words = [at["test"] if at["record"] == WEAK else at["record"].label for at in found]
     labels = numbered(words, "_")
-    points = [_point(kind, problem, item, label) for item, label in zip(found, labels, strict=True)]
+    points = [
+        point_on_curve(kind, problem, fields | {"label": label})
+        for fields, label in zip(found, labels, strict=True)
+    ]
     return points, doubtful
 
 
-def _point(kind: str, problem: Augmented, item: _Found, label: str) -> CodimensionTwoPoint:
-    place = item.point
-    if isinstance(place, Grazing):
-        Z, nearest = place.z, place.nearest
-    else:
-        Z, nearest = place.z, None
-    z, _, a = problem.parts(Z, place.parameter)
-    return CodimensionTwoPoint(
-        kind=item.kind, label=label, parameters=dict(zip(problem.equations.names, a, strict=True)),
-        error=place.error, orbit=problem.orbit(Z, place.parameter), curve_kind=kind,
-        multipliers=problem.equations.multipliers(z, a), resonance=item.resonance, nearest=nearest,
-        arclength=item.arclength, z=Z, tangent=place.tangent, problem=problem,
-        segment=item.segment,
+def point_on_curve(kind: PointKind, problem: Augmented, fields: _Fields) -> BifurcationPoint:
+    """Special point of a curve of a kind, from the fields that are its own."""
+    _, _, a = problem.parts(fields["z"], fields["parameter"])
+    return BifurcationPoint(
+        parameters=dict(zip(problem.equations.names, a, strict=True)), problem=problem, bounds=problem.bounds,
+        orbit=problem.orbit(fields["z"], fields["parameter"]), curve=kind, **fields,
     )  # fmt: skip
 
 
-def _zeros(kind: str, problem: Augmented, curve: Curve) -> Iterator[_Found | Unresolved]:
+def _zeros(kind: PointKind, problem: Augmented, curve: Curve) -> Iterator[_Fields | Unresolved]:
     for point in curve.special:
-        if point.name in (BOUND, "SN"):
+        if point.test in (BOUND, TURN):
             continue
         z, _, a = problem.parts(point.z, point.parameter)
-        solution = problem.orbit(point.z, point.parameter)
-        named = None
-        word, _, number = point.name.partition(" ")
-        if word not in TOUCH and abs(problem.equations.weight(z, a)) <= AT_TOUCH:
+        of_orbit, segment = point.test.partition(" ")[0] in NO_MULTIPLIERS, -1
+        if not of_orbit and abs(problem.equations.weight(z, a)) <= AT_TOUCH:
             continue
+        solution = problem.orbit(point.z, point.parameter)
+        named: PointKind | str = ""
         if isinstance(solution, Orbit) and not solution.converged:
-            why = f"the orbit there is not solved for: {solution.status}"
+            named = f"the orbit there is not solved for: {solution.status}"
+        elif of_orbit:
+            named, segment = _of_orbit(problem, point.test)
         else:
-            named, why = _named(kind, point.name, problem.equations.multipliers(z, a))
-        if named:
-            yield _Found(point.arclength, *named, point, int(number) if word in TOUCH else -1)
-        elif why:
+            named = _named(kind, point.test, problem.equations.multipliers(z, a))
+        if isinstance(named, PointKind):
+            yield vars(point) | {"record": named, "segment": segment}
+        elif named:
             after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
-            yield Unresolved(point.name, after - 1, after, why)
+            yield Unresolved(point.test, after - 1, after, named)
 
 
-Named = tuple[str, tuple[int, int] | None]
+def _of_orbit(problem: Augmented, name: str) -> tuple[PointKind, int]:
+    """Kind of a zero of a test function of the orbit itself, and the number of its segment."""
+    assert isinstance(problem.equations, OrbitPlane)
+    met, segment = kind_of_test(problem.equations, name)
+    return TWO.get(met.label, met), segment
 
 
-def _named(kind: str, name: str, mu: Complexes) -> tuple[Named | None, str]:
-    """(kind, resonance) of a zero, or None with the reason, which is empty where it is no bifurcation."""
-    word = name.partition(" ")[0]
-    if word in TOUCH:
-        return (TOUCH[word], None), ""
-    if name == "BP":
-        return ("BP", None), ""
-    if kind == "NS":
+def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
+    """Kind of a zero, or the reason why it is none of a curve; empty where it is no bifurcation."""
+    if name == BRANCH_POINT:
+        return CROSSING
+    (critical,) = kind.critical
+    if critical is None:
         return _on_torus(name, mu)
-    critical = 1.0 if kind == "SN" else -1.0
     if not _near(mu, critical):
-        return None, f"no multiplier is {critical:g} there"
-    if name == CUSP:
-        return ("CP", None), ""
-    if name == CUBIC:
-        return ("GPD", None), ""
+        return f"no multiplier is {critical:g} there"
+    if name in (CUSP, CUBIC):
+        return with_multipliers(critical)
     if name in (FLIP, FOLD):
-        near = _near(mu, -critical)
-        return (("LPPD", None), "") if near else (None, f"no multiplier is {-critical:g} there")
+        return _also(mu, -critical, critical)
     rest = np.delete(mu, int(np.argmin(np.abs(mu - critical))))
     if np.abs(rest - critical).min() <= MET:
-        q = 1 if kind == "SN" else 2
-        return (f"R{q}", (1, q)), ""
+        return with_multipliers(critical, critical)
     i, j = critical_pair(rest)
     if abs(rest[i] * rest[j] - 1.0) > CRITICAL:
-        return None, f"no pair has the product 1 there: nearest {rest[i]:.6g}, {rest[j]:.6g}"
-    both = "LPNS" if kind == "SN" else "PDNS"
-    return ((both, None), "") if rest[i].imag else (None, "")
+        return f"no pair has the product 1 there: nearest {rest[i]:.6g}, {rest[j]:.6g}"
+    return with_multipliers(critical, None) if rest[i].imag else ""
 
 
-def _on_torus(name: str, mu: Complexes) -> tuple[Named | None, str]:
+def _on_torus(name: str, mu: Complexes) -> PointKind | str:
     i, j = critical_pair(mu)
     kappa = float((mu[i] + mu[j]).real) / 2.0
     if abs(mu[i] * mu[j] - 1.0) > CRITICAL:
-        return None, f"no pair has the product 1 there: nearest {mu[i]:.6g}, {mu[j]:.6g}"
-    if name in STRONG:
-        return (name, STRONG[name]), ""
+        return f"no pair has the product 1 there: nearest {mu[i]:.6g}, {mu[j]:.6g}"
     if name in RESONANCES:
-        p, q = map(int, name.split("/"))
-        return ("WEAK", (p, q)), ""
+        return TWO.get(name, WEAK)
     if abs(abs(kappa) - 1.0) <= MET or abs(kappa) > 1.0:
-        return None, ""  # R1 and R2 have their own function; a neutral saddle
+        return ""  # R1 and R2 have their own function; a neutral saddle
     if name == CUBIC:
-        return ("CH", None), ""
-    if name == FOLD:
-        return (("LPNS", None), "") if _near(mu, 1.0) else (None, "no multiplier is 1 there")
-    if name == FLIP:
-        return (("PDNS", None), "") if _near(mu, -1.0) else (None, "no multiplier is -1 there")
+        return with_multipliers(None)
+    if name in (FOLD, FLIP):
+        return _also(mu, 1.0 if name == FOLD else -1.0, None)
     rest = np.delete(mu, [i, j])
     k, m = critical_pair(rest)
     if abs(rest[k] * rest[m] - 1.0) > CRITICAL:
-        return None, ""  # a product across the pairs
-    return (("NSNS", None), "") if rest[k].imag else (None, "")
+        return ""  # a product across the pairs
+    return with_multipliers(None, None) if rest[k].imag else ""
+
+
+def _also(mu: Complexes, value: float, critical: float | None) -> PointKind | str:
+    """Kind where another multiplier is critical, too, if one is."""
+    return (
+        with_multipliers(critical, value)
+        if _near(mu, value)
+        else f"no multiplier is {value:g} there"
+    )
 
 
 def _near(mu: Complexes, value: float) -> bool:
     return bool(np.abs(mu - value).min() <= MET)
 
 
-def _touches(problem: Augmented, curve: Curve, orbits: list[Any]) -> Iterator[_Found | Unresolved]:
+def _touches(problem: Augmented, curve: Curve, orbits: list[Any]) -> Iterator[_Fields | Unresolved]:
     """Orbits of the curve that touch a stop between their impacts."""
     if not orbits or not isinstance(orbits[0], Orbit):
         return
@@ -178,4 +163,4 @@ def _touches(problem: Augmented, curve: Curve, orbits: list[Any]) -> Iterator[_F
         if isinstance(item, Unresolved):
             yield item
         else:
-            yield _Found(item.arclength, "GR", None, item)
+            yield vars(item.point) | {"record": TWO[GR.label], "nearest": item.nearest}

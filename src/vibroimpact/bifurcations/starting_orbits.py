@@ -25,28 +25,49 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.bifurcations.augmented import Augmented, Both
+from vibroimpact.bifurcations.augmented import Augmented, Both, is_inside
 from vibroimpact.bifurcations.conditions import Condition, CriticalMultiplier
-from vibroimpact.bifurcations.continue_bifurcation import on_multipliers
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint, touching
-from vibroimpact.bifurcations.emanating import Born, Solution, is_inside, run_through, solution_at
-from vibroimpact.bifurcations.grazing_contact import opening, touch_condition
+from vibroimpact.bifurcations.equations import Solution
+from vibroimpact.bifurcations.grazing_contact import opening, touch_condition, touching
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.bifurcations.tests_along import nothing
+from vibroimpact.bifurcations.tests_along import nothing, on_multipliers
 from vibroimpact.bifurcations.unfold import Centre, centre
+from vibroimpact.branches.kinds import NS, ONE, SN
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.newton import equilibrated
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT, fold_directions, period_four
 
 INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
 SETTLES, SETTLED = 12, 1e-4  # of Newton's method: iterations; last step relative to the distance
 
 
+class Born(NamedTuple):
+    """Start of a curve that begins at a point: an orbit near it, for a touch with its condition."""
+
+    solution: Solution
+    condition: Condition | None = None
+
+
+def solution_at(point: BifurcationPoint) -> Solution:
+    """The orbit at a point of codimension two."""
+    z, _, a = point.problem.parts(point.z, point.parameter)
+    return Solution(point.problem.equations, z, a)
+
+
+def run_through(origin: Solution, z: Floats) -> Floats:
+    """Unknowns of the orbit at a point run through as often as those of an orbit of a multiple period."""
+    times = len(z) // len(origin.z)
+    return origin.equations.unrolled(origin.z, np.zeros((times, len(origin.z))))
+
+
 def folds_of_four(
-    point: CodimensionTwoPoint, which: int, bounds: Both, distance: float
+    point: BifurcationPoint, which: int, bounds: Both, distance: float
 ) -> Iterator[Born]:
     """Folds (1) on one of the two half-lines."""
     form = point.normal_form
@@ -58,10 +79,12 @@ def folds_of_four(
         return
     for zeta in period_four(form, mu)[::4]:
         points = np.asarray(zeta * 1j ** np.arange(4), dtype=np.complex128)
-        yield from _corrected_from(manifold, points, da, "SN")
+        yield from _corrected_from(manifold, points, da, SN)
 
 
-def saddles_of_three(point: CodimensionTwoPoint, bounds: Both, distance: float) -> Iterator[Born]:
+def saddles_of_three(
+    point: BifurcationPoint, _which: int, bounds: Both, distance: float
+) -> Iterator[Born]:
     """Saddles (2) of period three next to the tangent of the curve of NS, on both sides."""
     form = point.normal_form
     manifold = centre(*solution_at(point), CUBE_ROOT)
@@ -72,10 +95,12 @@ def saddles_of_three(point: CodimensionTwoPoint, bounds: Both, distance: float) 
         push = -form.b / manifold.nu / mu  # zeta = push conj(zeta)^2
         zeta = cmath.rect(1.0 / abs(push), cmath.phase(push) / 3.0)
         points = np.asarray(zeta * manifold.nu ** np.arange(3), dtype=np.complex128)
-        yield from _corrected_from(manifold, points, da, "NS")
+        yield from _corrected_from(manifold, points, da, NS)
 
 
-def _corrected_from(manifold: Centre, points: Complexes, da: Floats, kind: str) -> Iterator[Born]:
+def _corrected_from(
+    manifold: Centre, points: Complexes, da: Floats, kind: PointKind
+) -> Iterator[Born]:
     """The bifurcation next to an orbit of the normal form, at constant distance."""
     origin = Solution(manifold.equations, manifold.z, manifold.a)
     equations = manifold.equations.repeated(len(points))
@@ -84,14 +109,17 @@ def _corrected_from(manifold: Centre, points: Complexes, da: Floats, kind: str) 
     yield from _corrected(origin, near, on_multipliers(kind, equations)[0])
 
 
-def doubled_orbit(point: CodimensionTwoPoint, kind: str, amplitude: float) -> Iterator[Born]:
+def doubled_orbit(
+    point: BifurcationPoint, which: int, _bounds: Both, amplitude: float
+) -> Iterator[Born]:
     """The doubled orbit (3)."""
+    kind = ONE[point.normal_form.switchable[which].kind]
     origin = solution_at(point)
     start = _doubled(origin, amplitude)
     yield from _corrected(origin, start, on_multipliers(kind, start.equations)[0])
 
 
-def doubled_touch(point: CodimensionTwoPoint, amplitude: float) -> Iterator[Born]:
+def doubled_touch(point: BifurcationPoint, amplitude: float) -> Iterator[Born]:
     """The doubled orbit (4) that touches in its first turn, and not in the second one."""
     here, origin = touching(point), solution_at(point)
     d = len(here.z)

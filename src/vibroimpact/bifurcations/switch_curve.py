@@ -29,44 +29,31 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.linalg import LinAlgError
 
-from vibroimpact._core.checks import check_kind
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
-from vibroimpact.bifurcations.augmented import Both
+from vibroimpact.bifurcations.augmented import Augmented, Both, is_inside
 from vibroimpact.bifurcations.continue_bifurcation import (
     Start,
     continue_bifurcation,
     followed,
-    of_solved_map,
-    on_multipliers,
 )
-from vibroimpact.bifurcations.curve import (
-    BifurcationCurve,
-    CodimensionTwoPoint,
-    touching,
-)
+from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.emanating import (
     NEAR,
-    Born,
-    Solution,
     checked_bounds,
     emanating,
-    is_inside,
-    run_through,
-    solution_at,
     width_of,
 )
-from vibroimpact.bifurcations.grazing_contact import GrazingContact, beside, neighbour
-from vibroimpact.bifurcations.starting_orbits import (
-    doubled_orbit,
-    doubled_touch,
-    folds_of_four,
-    saddles_of_three,
-)
-from vibroimpact.branches.branch import NotFound
+from vibroimpact.bifurcations.equations import Solution
+from vibroimpact.bifurcations.grazing_contact import GrazingContact, beside, neighbour, touching
+from vibroimpact.bifurcations.starting_orbits import Born, doubled_touch, run_through, solution_at
+from vibroimpact.bifurcations.tests_along import on_multipliers
+from vibroimpact.branches.kinds import ONE
+from vibroimpact.branches.point import BifurcationPoint, NotFound, check_point
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import NewCurve
 
 SIZES = tuple(0.01 * 0.4**k for k in range(10))  # distances in the order in which they are tried
@@ -88,11 +75,9 @@ class Options(NamedTuple):
 class NoCurve(NotFound):
     """Reason why no other curve, or one of several, was found at a point of codimension two."""
 
-    point: CodimensionTwoPoint
-
 
 def switch_curve(
-    point: CodimensionTwoPoint,
+    point: BifurcationPoint,
     bounds: Both | None = None,
     *,
     steps: Steps | None = None,
@@ -103,7 +88,7 @@ def switch_curve(
     Parameters
     ----------
     point
-        A special point of a curve: "R1" to "R4", "GPD", "LPPD", "PDNS", or of orbits "GR" or "ZERO".
+        A special point of a curve at which curves begin: where its ``normal_form.switchable`` names them.
     bounds
         ((low, high), (low, high)) of both parameters; by default those of the curve.
     steps, progress
@@ -132,7 +117,7 @@ def switch_curve(
     meet, on which sides the orbits with one impact more or fewer are motions, and in ``why_not`` why these have no
     curve of the same kind there.
     """
-    check_kind("point", point, CodimensionTwoPoint, "a special point of a curve")
+    check_point(point, Augmented, "a special point of a curve")
     check_steps(steps, progress)
     inside = checked_bounds(point, bounds)
     form = point.normal_form
@@ -147,20 +132,21 @@ def switch_curve(
 
 
 def _curves(
-    point: CodimensionTwoPoint, form: Any, options: Options
+    point: BifurcationPoint, form: Any, options: Options
 ) -> Iterator[BifurcationCurve | NoCurve]:
     """The curves that the normal form announces; for each that is not found the reason."""
     for k, new in enumerate(form.switchable):
         if isinstance(form, GrazingContact):
             yield _at_touch(point, new, options, is_own=k == 0)
-        elif point.kind == "R1":
-            yield _of_same_orbit(point, "SN" if point.curve_kind == "NS" else "NS", options)
+        elif point.record.begins is None:
+            others = (kind for kind in point.record.curves if kind != point.curve)
+            yield _of_same_orbit(point, next(others).label, options)
         else:
             yield _beginning(point, new, options, _starts(point, k, options.bounds))
 
 
 def _of_same_orbit(
-    point: CodimensionTwoPoint, kind: str, options: Options
+    point: BifurcationPoint, kind: str, options: Options
 ) -> BifurcationCurve | NoCurve:
     bounds, steps, report = options
     names = point.problem.equations.names
@@ -176,23 +162,20 @@ def _of_same_orbit(
 # ---- curves of orbits of a multiple period -------------------------------------------------------
 
 
-def _starts(point: CodimensionTwoPoint, k: int, bounds: Both) -> Starts:
+def _starts(point: BifurcationPoint, k: int, bounds: Both) -> Starts:
     """Starts of the curve number k at a distance."""
-    if point.kind == "R4":
-        return partial(folds_of_four, point, k, bounds)
-    if point.kind == "R3":
-        return partial(saddles_of_three, point, bounds)
-    return partial(doubled_orbit, point, point.normal_form.switchable[k].kind)
+    assert point.record.begins is not None
+    return partial(point.record.begins, point, k, bounds)
 
 
 def _beginning(
-    point: CodimensionTwoPoint, new: NewCurve, options: Options, starts: Starts
+    point: BifurcationPoint, new: NewCurve, options: Options, starts: Starts
 ) -> BifurcationCurve | NoCurve:
     """The first curve that begins at the point (1)."""
     origin, refused = solution_at(point), Counter[str]()
     for size in SIZES:
         for born in _without_failure(starts, size, refused):
-            curve = _leading_back(origin, new.kind, born, options)
+            curve = _leading_back(origin, ONE[new.kind], born, options)
             if isinstance(curve, BifurcationCurve):
                 return curve
             refused[curve] += 1
@@ -213,14 +196,14 @@ def _without_failure(starts: Starts, size: float, refused: Counter[str]) -> Iter
             refused["there is no start within the bounds"] += 1
 
 
-def _nothing(point: CodimensionTwoPoint, new: NewCurve, refused: Counter[str]) -> NoCurve:
+def _nothing(point: BifurcationPoint, new: NewCurve, refused: Counter[str]) -> NoCurve:
     why = "; ".join(f"{reason} ({times} times)" for reason, times in refused.most_common())
     within = f"at distances from {SIZES[0]:g} to {SIZES[-1]:.1g}"
     return NoCurve(point, f"no curve of {new} that begins at the point was found {within}: {why}")
 
 
 def _leading_back(
-    origin: Solution, kind: str, born: Born, options: Options
+    origin: Solution, kind: PointKind, born: Born, options: Options
 ) -> BifurcationCurve | str:
     """The curve through a start, or why it is none that begins at the point (1)."""
     bounds, steps, report = options
@@ -267,7 +250,7 @@ def _ends_near(curve: BifurcationCurve, origin: Solution, start: int) -> bool:
 
 
 def _at_touch(
-    point: CodimensionTwoPoint, new: NewCurve, options: Options, is_own: bool
+    point: BifurcationPoint, new: NewCurve, options: Options, is_own: bool
 ) -> BifurcationCurve | NoCurve:
     """A curve that begins where an orbit of a curve touches a stop."""
     if is_own:
@@ -276,7 +259,7 @@ def _at_touch(
         return _beginning(point, new, options, partial(doubled_touch, point))
     bounds, steps, report = options
     try:
-        start = _beside_touch(point, new.kind)
+        start = _beside_touch(point, ONE[new.kind])
         return followed(
             start, bounds, steps=steps, progress=report.counted("points", start.equations.names[1])
         )
@@ -284,14 +267,15 @@ def _at_touch(
         return NoCurve(point, f"the curve of {new} could not be followed: {error}")
 
 
-def _beside_touch(point: CodimensionTwoPoint, kind: str) -> Start:
+def _beside_touch(point: BifurcationPoint, kind: PointKind) -> Start:
     """Start of the other one of SN and PD, or of the same kind of orbits with one impact more or fewer."""
     here = touching(point)
-    if kind == point.curve_kind:
+    if point.curve and kind.label == point.curve.label:
+        kind = point.curve
         other = neighbour(here)
         assert other is not None
         condition, tests = on_multipliers(kind, other.plane)
         return Start(kind, other.plane, condition, tests, other.z, other.a)
-    kind = of_solved_map(kind, point.orbit)
+    kind = kind.of_map(symmetric=point.orbit.symmetric)
     condition, tests = on_multipliers(kind, here.plane)
     return Start(kind, here.plane, condition, tests, *beside(here, condition))

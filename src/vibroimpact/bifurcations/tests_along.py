@@ -22,12 +22,27 @@ from fractions import Fraction
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.bifurcations.conditions import CriticalMultiplier, CriticalPair, critical_pair
+from vibroimpact.bifurcations.augmented import Tests
+from vibroimpact.bifurcations.conditions import (
+    OF_TESTS,
+    Condition,
+    CriticalMultiplier,
+    CriticalPair,
+    Graze,
+    Level,
+    critical_pair,
+)
 from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.bifurcations.of_orbits import OrbitPlane
+from vibroimpact.branches.family import EVENT
+from vibroimpact.normal_forms.codimension_one import NS, PD
+from vibroimpact.normal_forms.codimension_two import TWO
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.flip_fold import Flip, flip
 from vibroimpact.normal_forms.forms import InSizes
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+from vibroimpact.orbits.admissibility import Nearest
 
 HIGHEST = 12  # of q in (5)
 CUSP, FLIP, FOLD, PAIR, CUBIC, OTHERS = "cusp", "flip", "fold", "pair", "cubic", "others"
@@ -35,13 +50,21 @@ CUSP, FLIP, FOLD, PAIR, CUBIC, OTHERS = "cusp", "flip", "fold", "pair", "cubic",
 
 def _fractions() -> dict[str, float]:
     """Cosines of (5) by the name of the resonance; strong ones by their labels."""
-    found = {"R1": 1.0, "R2": -1.0, "R3": -0.5, "R4": 0.0}
+    strong = {kind.label: Fraction(*kind.resonance) for kind in TWO.values() if kind.resonance}
+    found = {label: round(_cosine(ratio), 15) for label, ratio in strong.items()}  # exact
     ratios = {Fraction(p, q) for q in range(5, HIGHEST + 1) for p in range(1, (q + 1) // 2)}
     weak = sorted(ratio for ratio in ratios if ratio.denominator >= 5)
-    return found | {f"{r.numerator}/{r.denominator}": math.cos(2.0 * math.pi * r) for r in weak}
+    return found | {f"{r.numerator}/{r.denominator}": _cosine(r) for r in weak}
+
+
+def _cosine(turns: Fraction) -> float:
+    return math.cos(2.0 * math.pi * turns)
 
 
 RESONANCES = _fractions()
+COSINE = min(
+    RESONANCES, key=lambda name: abs(RESONANCES[name])
+)  # of the angle: the function of 1:4
 
 
 def nothing(_z: Floats, _w: Floats, _a: Pair) -> Mapping[str, float]:
@@ -87,7 +110,7 @@ class AtMultiplier:
 
     def _cubic(self, z: Floats, w: Floats, a: Pair) -> float:
         eq = self.equations
-        form = flip(_forms(eq, z, a), parameter=False)
+        form = flip(PD, _forms(eq, z, a), parameter=False)
         found = form.critical if isinstance(form, Refusal) else form
         marked = eq.closing @ (w * eq.sizes) / eq.rows
         return found.c * self._bordered(z, w, a, marked) if isinstance(found, Flip) else math.nan
@@ -114,6 +137,30 @@ class AtPair:
         return tests
 
     def _cubic(self, z: Floats, a: Pair) -> float:
-        form = neimark_sacker(_forms(self.equations, z, a), parameter=False)
+        form = neimark_sacker(NS, _forms(self.equations, z, a), parameter=False)
         found = form.critical if isinstance(form, Refusal) else form
         return found.d.real if isinstance(found, NeimarkSacker) else math.nan
+
+
+def on_multipliers(kind: PointKind, equations: Equations) -> tuple[Condition, Tests]:
+    """Condition and test functions of a smooth kind of codimension one."""
+    (critical,) = kind.critical
+    if critical is None:
+        pair = CriticalPair(equations)
+        return pair, AtPair(pair)
+    condition = CriticalMultiplier(equations, critical)
+    return condition, AtMultiplier(condition)
+
+
+def condition_of(
+    kind: PointKind, plane: OrbitPlane, touch: Nearest | None, segment: int
+) -> tuple[Condition, Tests] | None:
+    """Condition and test functions of a kind, from its record: of a touch with the stop, of a test with its segment."""
+    if kind.critical:
+        return on_multipliers(kind, plane)
+    if kind.function:
+        return Level(plane, kind.function, 0.0, f"{EVENT} {kind.label}"), nothing
+    if kind.test in OF_TESTS and segment >= 0:
+        condition: Condition = OF_TESTS[kind.test](plane, segment)
+        return condition, nothing
+    return (Graze(plane, touch), nothing) if touch and not kind.test else None

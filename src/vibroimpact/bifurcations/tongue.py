@@ -24,26 +24,26 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from vibroimpact._core.checks import check_kind
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
-from vibroimpact.bifurcations.augmented import Bounds
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint, of_curves
+from vibroimpact.bifurcations.augmented import Augmented, Bounds, is_inside
+from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves
 from vibroimpact.bifurcations.emanating import (
-    Born,
     Slice,
     checked_bounds,
     emanating,
-    is_inside,
     on_slice,
-    solution_at,
     uninterrupted,
 )
 from vibroimpact.bifurcations.equations import Equations
+from vibroimpact.bifurcations.kinds import WEAK
+from vibroimpact.bifurcations.starting_orbits import Born, solution_at
 from vibroimpact.bifurcations.unfold import Centre, centre
-from vibroimpact.branches.branch import NotFound
-from vibroimpact.continuation import SpecialPoint, Steps
+from vibroimpact.branches.kinds import NS, SN
+from vibroimpact.branches.point import BifurcationPoint, NotFound, check_point
+from vibroimpact.continuation import LocatedPoint, Steps
+from vibroimpact.continuation.panel import FOLD
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
@@ -68,8 +68,6 @@ ALONG = Steps(first=0.02, largest=0.5, points=200)
 class NoTongue(NotFound):
     """Reason why no tongue was found at a weak resonance."""
 
-    point: CodimensionTwoPoint
-
 
 @dataclass(frozen=True, eq=False)
 class Tongue(Result):
@@ -85,7 +83,7 @@ class Tongue(Result):
         Distance from the orbit, on the centre manifold, at which the sides were found.
     """
 
-    tip: CodimensionTwoPoint
+    tip: BifurcationPoint
     sides: tuple[BifurcationCurve, BifurcationCurve]
     radius: float = field(repr=False)
 
@@ -114,7 +112,7 @@ class Tongue(Result):
 
 
 def tongue(
-    point: CodimensionTwoPoint,
+    point: BifurcationPoint,
     bounds: tuple[Bounds, Bounds] | None = None,
     *,
     steps: Steps | None = None,
@@ -150,29 +148,27 @@ def tongue(
     symmetric orbit, of the half map, so that they are symmetric where q is odd. Cost: some ten times that of a branch
     of these orbits.
     """
-    check_kind("point", point, CodimensionTwoPoint, "a weak resonance, such as curve['2/9_1']")
+    check_point(point, Augmented, "a weak resonance, such as curve['2/9_1']")
     check_steps(steps, progress)
-    if point.kind != "WEAK" or point.resonance is None:
+    if point.record != WEAK or point.resonance is None:
         raise InvalidParameterError(
             f"point = {point.label}: tongues begin at weak resonances, such as curve['2/9_1']."
         )
     inside = checked_bounds(point, bounds)
     origin = solution_at(point)
-    form = neimark_sacker(origin.equations.forms(origin.z, origin.a), parameter=False)
+    form = neimark_sacker(NS, origin.equations.forms(origin.z, origin.a), parameter=False)
     if isinstance(form, Refusal):
         return NoTongue(point, form.reason)
     p, q = point.resonance
     manifold = centre(*origin, complex(np.exp(2j * math.pi * p / q)))
     with Reporter(progress, f"tongue {p}/{q}") as report:
-        told = report.counted("points", tuple(point.parameters)[1])
+        told = report.counted("points", point.name)
         for start in _starts(manifold, form, (p, q), inside):
             with suppress(InvalidParameterError):  # a fold too near to the tip to be followed
                 sides = []
                 for fold in start.folds:
                     born = Born(start.slice.solution(fold))
-                    sides.append(
-                        emanating("SN", origin, born, inside, steps or SIDES, told, AT_TIP)
-                    )
+                    sides.append(emanating(SN, origin, born, inside, steps or SIDES, told, AT_TIP))
                     uninterrupted(sides[-1].curve)
                 first, second = sides
                 if min(len(first), len(second)) > 1:
@@ -184,7 +180,7 @@ def tongue(
 
 class _Start(NamedTuple):
     slice: Slice
-    folds: tuple[SpecialPoint, SpecialPoint]
+    folds: tuple[LocatedPoint, LocatedPoint]
     radius: float
 
 
@@ -233,15 +229,15 @@ def _slice(
     try:
         curve = on_slice(
             piece, start, a[along], bounds[along],
-            tangent=np.append((turned - start) / TURN, 0.0), terminal=("SN",), steps=ALONG,
+            tangent=np.append((turned - start) / TURN, 0.0), terminal=(FOLD,), steps=ALONG,
         )  # fmt: skip
     except InvalidParameterError:  # Newton's method does not converge
         return None
-    folds = list(curve.named("SN"))
+    folds = list(curve.named(FOLD))
     return _Start(piece, (folds[0], folds[-1]), r) if len(folds) > 1 else None
 
 
-def _first_at(side: BifurcationCurve, tip: CodimensionTwoPoint, second: float) -> float:
+def _first_at(side: BifurcationCurve, tip: BifurcationPoint, second: float) -> float:
     """First parameter of a side where the second has a value, next to the tip."""
     values = side.values
     off = values[:, 1] - second

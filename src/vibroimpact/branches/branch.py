@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,139 +13,13 @@ from vibroimpact._core.checks import check_index
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Complexes, Flags, Floats, Integers
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.compile.prescribed import GAP
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve
-from vibroimpact.normal_forms import NormalForm, Refusal, normal_form
-from vibroimpact.normal_forms.critical import Status
-from vibroimpact.orbits.admissibility import Nearest
-from vibroimpact.orbits.maps import solved_map
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import INSIDE, Result, along, rows
 
 if TYPE_CHECKING:
     import xarray as xr
-
-MEANINGS = {
-    "SN": "fold: two orbits meet",
-    "PD": "period doubling",
-    "NS": "Neimark-Sacker: a circle is born",
-    "BP": "branch point: two branches cross",
-    "GR": "grazing: a stop is touched between the impacts",
-    "ZERO": "zero impact speed: an impact becomes a touch",
-    "SIM": "two impacts at once: beyond it they change order",
-    "STICK": "onset of sticking: a plastic impact no longer opens at once",
-}
-OF_ELEMENTS = {
-    "GR": "grazing: a limit of an element is only touched",
-    "ZERO": "zero rate: a limit of an element is only touched",
-    "SIM": "two events at once: beyond it their sequence is another",
-    "STICK": "onset of sticking: friction no longer reverses at once",
-}
-TOUCHES = ("GR", "ZERO", "SIM")  # a gap, a speed or a time is zero: its sign there is rounding
-TOUCHED = 1e-7  # relative; square roots halve the digits there
-BREAKING = "symmetry breaking: two mirror images are born"
-WITH_NORMAL_FORM = ("SN", "PD", "NS", "BP")
-
-
-def is_admissible(orbit: Orbit, kind: str = "") -> bool:
-    """Whether an orbit is a motion of the machine; at a touch, apart from rounding there."""
-    if kind in TOUCHES:
-        return orbit.converged and not orbit.why_inadmissible(TOUCHED)
-    return orbit.admissible
-
-
-@dataclass(frozen=True)
-class NotFound:
-    """Reason why nothing was found at a special point."""
-
-    point: Any
-    reason: str
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__} at {self.point.label}: {self.reason}"
-
-
-@dataclass(frozen=True, eq=False)
-class BifurcationPoint:
-    """Special point of a branch.
-
-    Attributes
-    ----------
-    kind
-        "SN", "PD", "NS", "BP", "GR", "ZERO", "SIM" or "STICK".
-    label
-        Kind and number along the branch, "NS1".
-    name
-        Name of the parameter.
-    parameter
-        Its value there.
-    error
-        Estimated error of ``parameter``.
-    orbit
-        The orbit there, with its ``admissible``.
-    crossing
-        +1 or -1: sign of the test function's slope along the branch.
-    tangent
-        Tangent of the branch, in the unknowns of ``orbit.problem`` and last the parameter.
-    bounds
-        Range of the parameter in which the branch was followed.
-    nearest
-        For GR: the stop that is touched, and where.
-    segment
-        For ZERO and STICK the number of the solved impact, for SIM that of the flight; else -1.
-    """
-
-    kind: str
-    label: str
-    name: str
-    parameter: float
-    error: float
-    orbit: Orbit
-    crossing: int
-    tangent: Floats = field(repr=False)
-    bounds: tuple[float, float]
-    nearest: Nearest | None = None
-    segment: int = -1
-
-    @property
-    def meaning(self) -> str:
-        """Meaning of the point in words."""
-        if self.kind == "BP" and self.orbit.symmetric:
-            return BREAKING
-        return (OF_ELEMENTS if self.of_element else MEANINGS)[self.kind]
-
-    @property
-    def of_element(self) -> bool:
-        """Whether a touch, or another change of the sequence, is that of an element's guard."""
-        if self.kind not in OF_ELEMENTS:
-            return False
-        if self.nearest:
-            return self.nearest.watch != GAP
-        signature, rigid = self.orbit.signature, len(self.orbit.mechanism.contacts)
-        both = signature.impacts[self.segment], signature.solved[self.segment]
-        return any(stop.contact >= rigid for stop in both)
-
-    @property
-    def multipliers(self) -> Complexes:
-        """Floquet multipliers of the full map."""
-        return self.orbit.multipliers
-
-    @property
-    def admissible(self) -> bool:
-        """Whether the orbit is admissible; at GR, ZERO and SIM, apart from rounding at the touch."""
-        return is_admissible(self.orbit, self.kind)
-
-    @cached_property
-    def normal_form(self) -> NormalForm | Refusal:
-        """Normal form, of the half map for a symmetric orbit; or a refusal with the reason."""
-        if self.kind not in WITH_NORMAL_FORM:
-            reason = f"{self.kind} ({self.meaning}): the map is not smooth there."
-            return Refusal(self.kind, Status.NOT_SMOOTH, reason, self.multipliers)
-        return normal_form(self.kind, solved_map(self.orbit, self.name))
-
-    def __repr__(self) -> str:
-        real = "" if self.admissible else ", not admissible"
-        return f"{self.label} at {self.name} = {self.parameter:.9g}: {self.meaning}{real}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,7 +56,7 @@ class Branch(Result):
     stable: Flags = field(metadata=along("point"), repr=False)
     clearance: Floats = field(metadata=along("point"), repr=False)
     impact_speed: Floats = field(metadata=along("point"), repr=False)
-    special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special"))
+    special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     curve: Curve = field(metadata=INSIDE, repr=False)
     family: OrbitFamily = field(repr=False)
 
@@ -271,11 +144,6 @@ class BranchProfile(NamedTuple):
     stability: Integers
 
 
-def unknowns_of(point: BifurcationPoint) -> Floats:
-    """Unknowns z of a special point's orbit."""
-    return point.orbit.problem.packed(point.orbit.states, point.orbit.durations)
-
-
 def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
     """(index of the nearest point of the branch, arclength) of a special point.
 
@@ -284,7 +152,7 @@ def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
     """
     sizes = branch.family.scale()
     points = np.column_stack([branch.curve.z, branch.values]) / sizes
-    away = np.append(unknowns_of(point), point.parameter) / sizes - points
+    away = np.append(point.z, point.parameter) / sizes - points
     nearest = int(np.argmin(np.linalg.norm(away, axis=1)))
     tangent = branch.curve.tangent[nearest] / sizes
     step = float(away[nearest] @ tangent) / float(tangent @ tangent)
@@ -301,7 +169,7 @@ def profile(branch: Branch) -> BranchProfile:
     own = np.where(branch.admissible, own, Stability.INADMISSIBLE)
     stability = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
     parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
-    z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
+    z = np.vstack([branch.curve.z, *(point.z[None] for point in found)])[order]
     moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
     return BranchProfile(parameter, z, special[order], _with_short_ends(_between(stability), moves))
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +12,12 @@ from vibroimpact._core.checks import check_flag, range_of, vector
 from vibroimpact._core.labels import numbered
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
+from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.checks import check_parameter
-from vibroimpact.branches.family import OrbitFamily, meaning_of
+from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.grazing import grazings
+from vibroimpact.branches.kinds import GR, Function, checked_value, events_of, kind_of_test
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.stop_rules import StopWhen, stop_rule
 from vibroimpact.branches.vanishing import passed_over, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
@@ -37,6 +39,7 @@ def continue_orbit(
     steps: Steps | None = None,
     both: bool = True,
     tangent: Floats | None = None,
+    events: Mapping[str, Function] | None = None,
     stop_when: StopWhen | None = None,
     progress: ProgressOption = False,
 ) -> Branch:
@@ -57,6 +60,12 @@ def continue_orbit(
         Follow it in both directions.
     tangent
         Direction to start in; by default towards larger values.
+    events
+        Test functions of your own by their labels, words of letters: the zeros of each along the branch are special
+        points of that kind, which :func:`~vibroimpact.continue_bifurcation` follows. A function
+        g(states, durations, parameters) takes the states (x, v, theta) just after each solved impact, shape
+        (m, 2n + 1), the flight times, shape (m,), and the parameters of the system by name. It is analytic, and
+        computes with + - * / ** and numpy functions, so that it can be differentiated: numbers may be jets.
     stop_when
         A function of an orbit, or several, called at every point after the start: where one returns
         True, or the reason as a text, the branch ends in this direction, with the reason in
@@ -77,7 +86,7 @@ def continue_orbit(
         No such parameter, an orbit that is not converged or one of a family, a range that is
         empty, without the orbit or no wider than rounding; a parameter that breaks the symmetry of
         a symmetric orbit or changes the ratios of the forcing frequencies; a ``stop_when`` that is
-        not a rule.
+        not a rule; events that are no functions by labels.
 
     Notes
     -----
@@ -97,6 +106,13 @@ def continue_orbit(
     >>> branch = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (1.0, 1.15))
     >>> [point.label for point in branch.special_points]
     ['NS1']
+
+    Where do the impacts of both stops have the speed 1?
+
+    >>> fast = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (1.0, 1.15),
+    ...                          events={"FAST": lambda states, durations, parameters: states[0, 3] + 1.0})
+    >>> [point.label for point in fast.special_points]
+    ['NS1']
     """
     start = converged(orbit)
     value = parameter_value(start.system, parameter)
@@ -107,7 +123,11 @@ def continue_orbit(
     z = start.problem.packed(start.states, start.durations)
     if tangent is not None:
         tangent = np.array(vector("tangent", tangent, z.size + 1))
-    family = OrbitFamily.around(start.system, start.signature, parameter, z, high - low)
+    family = OrbitFamily.around(
+        start.system, start.signature, parameter, z, high - low, events_of(events)
+    )
+    for label, kind in family.events.items():
+        checked_value(f"events[{label!r}]", kind.function, family.arguments(z, value))
     with Reporter(progress, "branch") as report:
         curve = continue_curve(
             family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
@@ -127,8 +147,10 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     curve = replace(curve, ends=(before, after))
     located = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
     doubtful = [item for item in located if isinstance(item, Unresolved)]
-    found = sorted((item for item in located if isinstance(item, _At)), key=lambda at: at.arclength)
-    labels = numbered(at.point["kind"] for at in found)
+    found = sorted(
+        (item for item in located if isinstance(item, dict)), key=lambda at: at["arclength"]
+    )
+    labels = numbered(at["record"].label for at in found)
     curve = replace(curve, unresolved=(*curve.unresolved, *doubtful))
     return Branch(
         parameter=family.parameter,
@@ -140,7 +162,13 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
         clearance=np.array([o.clearance_to_grazing for o in orbits]),
         impact_speed=np.array([o.least_impact_speed for o in orbits]),
         special_points=tuple(
-            BifurcationPoint(label=label, bounds=bounds, **at.point)
+            BifurcationPoint(
+                label=label,
+                parameters={family.parameter: at["parameter"]},
+                problem=family,
+                bounds=bounds,
+                **at,
+            )
             for at, label in zip(found, labels, strict=True)
         ),
         curve=curve,
@@ -156,56 +184,41 @@ def _explained(end: End, refused: str, orbit: Orbit) -> End:
     return End(end.reason, f"{end.detail}; {refused}") if failed else end
 
 
-class _At(NamedTuple):
-    """Special point without its label, and its place on the curve."""
-
-    arclength: float
-    point: dict[str, Any]
+_Fields = dict[str, Any]  # of a special point; its place is that of a located point
 
 
-def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_At | Unresolved]:
+def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_Fields | Unresolved]:
     touched: list[float] = []  # arclengths
     for point in curve.special:
-        kind, segment = meaning_of(family, point.name)
+        record, segment = kind_of_test(family, point.test)
         orbit = family.orbit(point.z, point.parameter)
+        fields = vars(point) | {"orbit": orbit}
         if touch := touch_at(orbit):
             if not touched or abs(point.arclength - touched[-1]) > AT_ONCE:
                 touched.append(point.arclength)
-                yield _At(point.arclength, {
-                    "kind": "GR", "name": family.parameter, "parameter": point.parameter,
-                    "error": point.error, "orbit": orbit, "crossing": point.crossing,
-                    "tangent": point.tangent, "nearest": touch,
-                })  # fmt: skip
+                yield fields | {"record": GR, "nearest": touch}
             continue
-        if kind not in TOUCHES and orbit.rateless:
+        if not (record.touch or record.function) and orbit.rateless:
             continue  # the map has a limit there, the functions of its equations vanish
-        if kind in TOUCHES and abs(point.arclength) < AT_START:
+        if record.touch and abs(point.arclength) < AT_START:
             continue  # the touch at the start of the branch: its sign there is rounding
         if is_neutral(curve, point, orbit):
             continue
         if why := why_none(family, curve, point, orbit):
             after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
-            reason = f"{kind} at {family.parameter} = {point.parameter:.9g}: {why}"
-            yield Unresolved(point.name, after - 1, after, reason)
+            reason = f"{record.label} at {family.parameter} = {point.parameter:.9g}: {why}"
+            yield Unresolved(point.test, after - 1, after, reason)
         else:
-            yield _At(point.arclength, {
-                "kind": kind, "name": family.parameter, "parameter": point.parameter,
-                "error": point.error, "orbit": orbit, "crossing": point.crossing,
-                "tangent": point.tangent, "segment": segment,
-            })  # fmt: skip
+            yield fields | {"record": record, "segment": segment}
 
 
 def _touches(
     family: OrbitFamily, curve: Curve, orbits: list[Orbit], bounds: tuple[float, float]
-) -> Iterator[_At | Unresolved]:
+) -> Iterator[_Fields | Unresolved]:
     for grazing in grazings(family, curve, [orbit.gaps for orbit in orbits], bounds):
         if isinstance(grazing, Unresolved):
             yield grazing
-            continue
-        if touch_at(grazing.orbit):
-            continue  # a zero of the equations, too
-        yield _At(grazing.arclength, {
-            "kind": "GR", "name": family.parameter, "parameter": grazing.parameter,
-            "error": grazing.error, "orbit": grazing.orbit,
-            "crossing": grazing.crossing, "tangent": grazing.tangent, "nearest": grazing.nearest,
-        })  # fmt: skip
+        elif not touch_at(grazing.orbit):  # else it is a zero of the equations, too
+            yield vars(grazing.point) | {
+                "record": GR, "orbit": grazing.orbit, "nearest": grazing.nearest,
+            }  # fmt: skip

@@ -33,11 +33,13 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import BifurcationPoint, Branch, place_of
+from vibroimpact.branches.beginning import NoBranch
+from vibroimpact.branches.branch import Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
-from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.branches.switch import switch_branch
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
@@ -51,7 +53,6 @@ if TYPE_CHECKING:
 
 Say = Callable[[str], object]
 
-SWITCHED = ("PD", "BP", "GR", "ZERO")
 SWEPT_POINTS = 60  # section points kept at every value of the sweep
 NEAR = 1e-7  # of the range: values of the parameter at one junction
 JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
@@ -268,7 +269,7 @@ class _Junction(NamedTuple):
 
     parameter: float
     loop: Loop
-    touching: bool  # GR or ZERO, not PD or BP
+    touching: bool
 
 
 class _Options(TypedDict):
@@ -350,7 +351,7 @@ class Tree:
         branch = self.branches[number]
         for index, point in enumerate(branch.special_points):
             at = place_of(branch, point)[0]
-            if point.kind in SWITCHED and branch.admissible[max(at - 1, 0) : at + 2].any():
+            if point.record.begins and branch.admissible[max(at - 1, 0) : at + 2].any():
                 yield index
 
     def _known_junction(self, number: int, point: BifurcationPoint) -> bool:
@@ -416,7 +417,7 @@ def _named(how: str) -> str:
 
 def _junction(point: BifurcationPoint) -> _Junction:
     loop = junction_of(point, JUNCTION)
-    return _Junction(point.parameter, loop, point.kind in ("GR", "ZERO"))
+    return _Junction(point.parameter, loop, point.record.touch)
 
 
 def same_branch(found: Branch, known: Branch) -> str:

@@ -8,6 +8,7 @@ Method      The equations are those of problem.py, in z (states and flight times
                 flip     s / (product of rho_k) det of the pencil at -1  =  +-s det(DF + I)      (2)
                 torus    s^(d - 1) product over i < j of (1 - mu_i mu_j)                        (3)
                 speed k  rho_k          flight k  t_k, zero where two impacts coincide
+                event    the functions of kinds that are given by one, analytic along the branch
                 stick k (R = 0)  acceleration of the gap after impact k at a rigid stop; of the slip
                      after friction has reversed                                           (4)
             F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
@@ -20,6 +21,8 @@ Reference   theory.md, "Branches"; Kuznetsov, Elements of Applied Bifurcation Th
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -34,8 +37,11 @@ from vibroimpact.compile.prescribed import Linearised, compile_prescribed
 from vibroimpact.continuation.problem import Image
 from vibroimpact.model.elements import Friction, FrictionState, SoftStop
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System
+from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
+from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.orbits.multipliers import Pencil, pencil_of
 from vibroimpact.orbits.newton import CONVERGED, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
@@ -47,9 +53,23 @@ from vibroimpact.orbits.problem import (
     latest,
     least_cycles,
 )
+from vibroimpact.results.tree import Missing
 
 SATURATION = 0.05  # rho_ref, relative to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
+EVENT = "event"
+
+
+class Parameters(dict[str, Any]):
+    """Parameters by name: those that are followed, and the others of the system."""
+
+    def __init__(self, system: System, followed: Mapping[str, Any]) -> None:
+        super().__init__(followed)
+        self._system = system
+
+    def __missing__(self, name: str) -> float:
+        """Value of a parameter that is not followed."""
+        return parameter_value(self._system, name)
 
 
 class OrbitFamily(OrbitProblem):
@@ -61,10 +81,22 @@ class OrbitFamily(OrbitProblem):
         As for :class:`OrbitProblem`.
     sizes
         Sizes of the changes of each unknown and of the parameter: weights of the arclength.
+    events
+        Kinds with test functions of their own, by their labels (kinds.py).
     """
 
-    def __init__(self, system: System, signature: Signature, parameter: str, sizes: Floats) -> None:
+    def __init__(
+        self,
+        system: System,
+        signature: Signature,
+        parameter: str,
+        sizes: Floats,
+        events: PointKinds,
+    ) -> None:
         super().__init__(system, signature, parameter)
+        self.events = {  # a file does not hold functions of the user's
+            label: kind for label, kind in events.items() if not isinstance(kind.function, Missing)
+        }
         self._sizes = sizes
         self._kept_segments: dict[tuple[bytes, Value], Linearised] = {}
         self._orbits: dict[tuple[bytes, Value], Orbit] = {}
@@ -76,11 +108,17 @@ class OrbitFamily(OrbitProblem):
 
     @classmethod
     def around(
-        cls, system: System, signature: Signature, parameter: str, start: Floats, span: float
+        cls,
+        system: System,
+        signature: Signature,
+        parameter: str,
+        start: Floats,
+        span: float,
+        events: PointKinds,
     ) -> OrbitFamily:
         """Family through an orbit z, which gives the sizes, over a range of length ``span``."""
         sizes = scale_of(OrbitProblem(system, signature, parameter), start)
-        return cls(system, signature, parameter, np.append(sizes, span))
+        return cls(system, signature, parameter, np.append(sizes, span), events)
 
     def scale(self) -> Floats:
         """Size of each unknown and of the parameter."""
@@ -207,7 +245,28 @@ class OrbitFamily(OrbitProblem):
         rates, durations = self.linearised(z, p).rate, self.unpacked(z)[1]
         watched = {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
         watched |= {f"{FLIGHT} {k}": float(t) for k, t in enumerate(durations)}
-        return watched | self._sticking(z, p) | self._reversing(z, p)
+        return watched | self._sticking(z, p) | self._reversing(z, p) | self._events(z, p)
+
+    def followed(self, p: Value) -> dict[str, Any]:
+        """Values of the parameters that are followed, by name."""
+        return {self.parameter: p}
+
+    def _events(self, z: Floats, p: Value) -> dict[str, float]:
+        """Test functions of kinds that are given by one."""
+        arguments = self.arguments(z, p)
+        return {
+            f"{EVENT} {label}": float(kind.function(*arguments))
+            for label, kind in self.events.items()
+            if kind.function
+        }
+
+    def arguments(self, z: Floats, p: Value) -> tuple[Floats, Floats, Parameters]:
+        """Arguments (states, durations, parameters) of a test function of the orbit."""
+        return *self.unpacked(z), Parameters(self.system, self.followed(p))
+
+    def forms(self, z: Floats, p: Value) -> SegmentMap:
+        """Half map of a symmetric orbit, full map of others, with the (first) parameter."""
+        return solved_map(self.orbit(z, p), self.parameter)
 
     def _sticking(self, z: Floats, p: Value) -> dict[str, float]:
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
@@ -270,16 +329,3 @@ def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None)
         factors = factors[(i != min(without)) | (j != max(without))]
     product = complex(np.prod(factors))
     return product.real if math.isfinite(product.real) else math.nan
-
-
-def meaning_of(family: OrbitFamily, name: str) -> tuple[str, int]:
-    """Kind of bifurcation at a zero of a test function, and the number of the segment or -1."""
-    kinds = {
-        FLIP: "BP" if family.signature.symmetric else "PD",
-        TORUS: "NS",
-        SPEED: "ZERO",
-        FLIGHT: "SIM",
-        STICK: "STICK",
-    }
-    word, _, number = name.partition(" ")
-    return kinds.get(word, word), int(number) if number else -1

@@ -9,7 +9,7 @@ Method      For each stop and each flight the least gap at interior extrema (adm
             the points.                                                                       (1)
             It is a grazing if L is zero there, at an extremum: neither a jump of L nor the gap at
             another contact's impact. Where an impact speed vanishes, an extremum begins or ends
-            in that impact: that point is "ZERO".                                             (2)
+            in that impact: that point is a touch of kind ZERO.                                             (2)
 Assumes     L has no more than one minimum between two points, which resolve the curve to 1e-8
 Accuracy    1e-12 of the distance of two points
 Fails       ``Unresolved``: an orbit on the way that Newton's method does not reach or that has no
@@ -30,7 +30,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED
 from vibroimpact.branches.verify import VANISHED
 from vibroimpact.compile.prescribed import GAP, End
-from vibroimpact.continuation import Curve, Unresolved
+from vibroimpact.continuation import Curve, LocatedPoint, Unresolved
 from vibroimpact.continuation.expansion import brent
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.problem import Problem, scaled
@@ -39,6 +39,7 @@ from vibroimpact.orbits.admissibility import Nearest, Place
 from vibroimpact.orbits.newton import guard_sizes, scale_of
 from vibroimpact.orbits.orbit import Orbit
 
+TEST = "gap"  # name of the least gap as a test function
 FINEST = 1e-13  # of the distance of two points
 AT_ONCE = 1e-9  # of the period
 UNKNOWN = "the least gap is not known all the way between two points"
@@ -48,14 +49,9 @@ EDGE = 1e-2  # of a flight: an extremum this near to an impact on the same stop 
 class Grazing(NamedTuple):
     """Orbit on the curve that touches a stop without impact."""
 
+    point: LocatedPoint  # crossing +1 where the gap opens with the arclength
     orbit: Orbit
-    parameter: float
-    z: Floats
-    tangent: Floats  # in unscaled unknowns, the parameter last
-    arclength: float
     nearest: Nearest
-    crossing: int  # +1 where the gap opens with the arclength
-    error: float
 
 
 class OrbitCurve(Problem, Protocol):
@@ -113,21 +109,30 @@ class _Between:
         at = float(length[self.i] + share * (length[self.i + 1] - length[self.i]))
         tangent = node.tangent * self.problem.sizes
         error = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST + float(np.spacing(p))
-        return Grazing(orbit, p, z, tangent, at, nearest, crossing, error)
+        point = LocatedPoint(
+            test=TEST,
+            parameter=p,
+            z=z,
+            tangent=tangent,
+            arclength=at,
+            error=error,
+            crossing=crossing,
+        )
+        return Grazing(point, orbit, nearest)
 
     def unresolved(self, reason: str) -> Unresolved | None:
         """Part between the two points in which a grazing may be missed, unless (2) excludes it."""
         speeds = [f for name, f in self.curve.tests.items() if name.startswith(SPEED)]
         if any(f[self.i] * f[self.i + 1] <= 0.0 for f in speeds):
             return None
-        return Unresolved("GR", self.i, self.i + 1, reason)
+        return Unresolved(TEST, self.i, self.i + 1, reason)
 
 
 def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     """Whether a gap vanishes for another reason: zero speed of an impact, two impacts at once."""
     k, stop = nearest.segment, (nearest.contact, nearest.side)
     if np.abs(orbit.durations).min() < AT_ONCE * float(np.abs(orbit.durations).sum()):
-        return True  # two impacts at once: "SIM"
+        return True  # two impacts at once: SIM
     share = nearest.time / float(orbit.durations[k])
     begun, ended = orbit.signature.impacts[k], orbit.signature.solved[k]
     if nearest.watch != GAP:  # guards of an element change with its state

@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.branches.kinds import ZERO
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import unfolded
@@ -50,7 +51,7 @@ def junction_of(point: BifurcationPoint, tolerance: float) -> Loop:
     orbit that repeats a shorter one, as at a period doubling, is replaced by the shorter one.
     """
     loop = loop_of(point.orbit)
-    if point.kind == "ZERO":
+    if point.record == ZERO:
         solved = len(point.orbit.durations)
         vanishing = (point.segment + 1) % solved
         loop = without(loop, set(range(vanishing, len(loop.impacts), solved)))

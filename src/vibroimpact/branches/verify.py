@@ -20,7 +20,7 @@ import numpy as np
 
 from vibroimpact._core.types import Complexes
 from vibroimpact.branches.family import FLIP, SPEED, TORUS, OrbitFamily
-from vibroimpact.continuation import Curve, SpecialPoint
+from vibroimpact.continuation import Curve, LocatedPoint
 from vibroimpact.continuation.panel import BUILT_IN
 from vibroimpact.orbits.orbit import Orbit
 
@@ -28,24 +28,24 @@ CRITICAL = 1e-5  # more than the cube root of rounding, 6e-6
 VANISHED = 1e-8
 
 
-def why_none(family: OrbitFamily, curve: Curve, point: SpecialPoint, orbit: Orbit) -> str:
+def why_none(family: OrbitFamily, curve: Curve, point: LocatedPoint, orbit: Orbit) -> str:
     """Reason why a zero of a test function is no special point; "" where it is one."""
     if not orbit.converged:
         return f"the orbit there is not solved for: {orbit.status}"
-    if point.name in BUILT_IN:
+    if point.test in BUILT_IN:
         return _not_critical(orbit, 1.0)
-    if point.name == FLIP:
+    if point.test == FLIP:
         return _not_critical(orbit, -1.0)
-    if point.name == TORUS:
+    if point.test == TORUS:
         return _no_pair(orbit)
-    value = family.watch(point.z, point.parameter)[point.name]
-    size = float(np.nanmax(np.abs(curve.tests[point.name])))
-    return "" if abs(value) <= VANISHED * size else f"{point.name} is not zero there, but {value:g}"
+    value = family.watch(point.z, point.parameter)[point.test]
+    size = float(np.nanmax(np.abs(curve.tests[point.test])))
+    return "" if abs(value) <= VANISHED * size else f"{point.test} is not zero there, but {value:g}"
 
 
-def is_neutral(curve: Curve, point: SpecialPoint, orbit: Orbit) -> bool:
+def is_neutral(curve: Curve, point: LocatedPoint, orbit: Orbit) -> bool:
     """Whether a zero of the function for NS is one of the two kinds without bifurcation."""
-    if point.name != TORUS or not orbit.converged:
+    if point.test != TORUS or not orbit.converged:
         return False
     fastest = [np.abs(f).max() for name, f in curve.tests.items() if name.startswith(SPEED)]
     if np.any(np.abs(orbit.linearised.rate) <= VANISHED * np.array(fastest)):

@@ -8,10 +8,11 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import ends_of, range_of
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.branches.beginning import NoBranch
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.stop_rules import Inadmissible, Rule, inadmissible, unstable
-from vibroimpact.branches.switch import NoBranch, switch_branch
+from vibroimpact.branches.switch import switch_branch
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.toml_file import Case

@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.branches.kinds import ONE
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.cli.output import Done
@@ -61,9 +62,10 @@ def add_behind(parser: argparse._ActionsContainer) -> None:
 def _then(text: str) -> tuple[str, str]:
     """Point and kind."""
     point, _, kind = text.partition("=")
-    if not point or kind not in ("SN", "PD", "BP", "NS"):
+    smooth = [one.label for one in ONE.values() if one.critical]
+    if not point or kind not in smooth:
         raise argparse.ArgumentTypeError(
-            f"{text!r}: must be POINT=KIND, such as R2_1=NS, with a kind SN, PD, BP or NS"
+            f"{text!r}: must be POINT=KIND, such as R2_1=NS, with a kind {', '.join(smooth)}"
         )
     return point, kind
 
@@ -92,7 +94,7 @@ def _bounds(arguments: argparse.Namespace) -> Bounds:
 
 
 def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCurve]:
-    point: BifurcationPoint | CodimensionTwoPoint = branches_of(arguments)[-1][arguments.at]
+    point: BifurcationPoint = branches_of(arguments)[-1][arguments.at]
     (first, a), (second, b) = bounds.items()
     curves: list[BifurcationCurve] = []
     for label, kind in [(arguments.at, ""), *arguments.then]:

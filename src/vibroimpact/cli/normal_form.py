@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.cli.output import Done

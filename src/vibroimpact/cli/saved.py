@@ -10,9 +10,10 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact.bifurcations.augmented import Both
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.switch_curve import NoCurve
 from vibroimpact.bifurcations.tongue import NoTongue
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.curve import add_behind, plane_behind
 from vibroimpact.plotting import plot_curves
@@ -25,7 +26,7 @@ class Request(NamedTuple):
     """The curve with its point, both ranges, and what draws curves in these ranges or over a plane."""
 
     curve: BifurcationCurve
-    point: CodimensionTwoPoint
+    point: BifurcationPoint
     bounds: Both
     draw: Callable[[Sequence[BifurcationCurve]], Axes]
 

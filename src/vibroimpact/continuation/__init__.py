@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibroimpact.continuation.continue_curve import continue_curve
-from vibroimpact.continuation.curve import Curve, End, SpecialPoint, Stopped, Unresolved
+from vibroimpact.continuation.curve import Curve, End, LocatedPoint, Stopped, Unresolved
 from vibroimpact.continuation.problem import Problem
 from vibroimpact.continuation.switching import Switch, switch
 from vibroimpact.continuation.walk import Steps
@@ -11,8 +11,8 @@ from vibroimpact.continuation.walk import Steps
 __all__ = [
     "Curve",
     "End",
+    "LocatedPoint",
     "Problem",
-    "SpecialPoint",
     "Steps",
     "Stopped",
     "Switch",

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.continuation.curve import Curve, End, SpecialPoint, Stopped, Unresolved
+from vibroimpact.continuation.curve import Curve, End, LocatedPoint, Stopped, Unresolved
 from vibroimpact.continuation.expansion import Expansion, positions
 from vibroimpact.continuation.newton import Node, determinant, largest_of
 from vibroimpact.continuation.panel import BRANCH_POINT, BUILT_IN, FOLD, Panel
@@ -133,7 +133,7 @@ def _mean_singular_values(points: list[_Point]) -> Floats:
     return np.array([at.over(reference, count) for at in found])
 
 
-def _special(problem: Scaled, walk: Walk, sense: int) -> Iterator[SpecialPoint]:
+def _special(problem: Scaled, walk: Walk, sense: int) -> Iterator[LocatedPoint]:
     for _, stretch, begin, along in _placed(walk):
         for zero in stretch.found:
             arclength = sense * (begin + float(along.at(zero.s)))
@@ -142,7 +142,7 @@ def _special(problem: Scaled, walk: Walk, sense: int) -> Iterator[SpecialPoint]:
 
 def _special_point(
     problem: Scaled, zero: LocatedZero, sense: int, arclength: float
-) -> SpecialPoint:
+) -> LocatedPoint:
     z, p = problem.solution(zero.y)
     tangent = sense * zero.direction / np.linalg.norm(zero.direction) * problem.sizes
     # Against the walk's direction dp/ds and the determinant change sign as s does.
@@ -150,7 +150,10 @@ def _special_point(
     moved = zero.error * float(np.abs(zero.direction[-1])) + zero.floor
     error = moved * float(problem.sizes[-1])
     rounding = float(np.finfo(float).eps) * max(abs(p), float(problem.sizes[-1]))
-    return SpecialPoint(zero.name, p, z, tangent, arclength, error + rounding, crossing)
+    return LocatedPoint(
+        test=zero.name, parameter=p, z=z, tangent=tangent, arclength=arclength,
+        error=error + rounding, crossing=crossing,
+    )  # fmt: skip
 
 
 def _unresolved(walk: Walk, sense: int) -> Iterator[Unresolved]:

@@ -49,14 +49,14 @@ class End:
         return f"{self.reason.value}{': ' if self.detail else ''}{self.detail}"
 
 
-@dataclass(frozen=True)
-class SpecialPoint:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LocatedPoint:
     """A zero of a test function on a curve.
 
     Attributes
     ----------
-    name
-        The test function; "SN" (fold) and "BP" (simple branch point) are built in.
+    test
+        The test function; those of folds and simple branch points are built in (panel.py).
     parameter
         Value of the parameter.
     z
@@ -72,10 +72,10 @@ class SpecialPoint:
         +1 where the test function rises with the arclength, -1 where it falls.
     """
 
-    name: str
+    test: str
     parameter: float
-    z: Floats
-    tangent: Floats
+    z: Floats = field(repr=False)
+    tangent: Floats = field(repr=False)
     arclength: float
     error: float
     crossing: int
@@ -144,7 +144,7 @@ class Curve:
     steps: Integers = field(metadata=along("point"))
     panel: Integers = field(metadata=along("point"))
     tests: Mapping[str, Floats] = field(repr=False)
-    special: tuple[SpecialPoint, ...] = field(metadata=rows("zero"))
+    special: tuple[LocatedPoint, ...] = field(metadata=rows("zero"))
     ends: tuple[End, End]
     start: int
     unresolved: tuple[Unresolved, ...] = field(metadata=rows("unresolved"))
@@ -153,12 +153,12 @@ class Curve:
     def __len__(self) -> int:
         return len(self.parameter)
 
-    def named(self, name: str) -> Iterator[SpecialPoint]:
+    def named(self, name: str) -> Iterator[LocatedPoint]:
         """The special points of one test function, in order."""
-        return (point for point in self.special if point.name == name)
+        return (point for point in self.special if point.test == name)
 
     def __repr__(self) -> str:
-        found = counted(point.name for point in self.special)
+        found = counted(point.test for point in self.special)
         return (
             f"Curve of {len(self)} points, parameter {self.parameter.min():.8g} to "
             f"{self.parameter.max():.8g}, {found}\n"

@@ -67,7 +67,7 @@ def switch(
         The problem of the other branch. It may have solutions that the problem of the known branch
         lacks: at a period doubling give the problem of the doubled orbit and the doubled point.
     z, p, tangent
-        The branch point and the tangent of the known branch, as in ``SpecialPoint``.
+        The branch point and the tangent of the known branch, as in ``LocatedPoint``.
     bounds
         Range of the parameter.
 

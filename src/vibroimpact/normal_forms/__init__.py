@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from vibroimpact.normal_forms.branch_point import BranchPoint
 from vibroimpact.normal_forms.centre_manifold import CentreManifold, centre_manifold
-from vibroimpact.normal_forms.choose import normal_form
+from vibroimpact.normal_forms.codimension_one import normal_form
 from vibroimpact.normal_forms.codimension_two import codimension_two
 from vibroimpact.normal_forms.critical import NormalForm, Refusal, Status
 from vibroimpact.normal_forms.explicit import ExplicitMap, FixedPoint, FixedPointStatus, MapForms
@@ -21,7 +21,6 @@ from vibroimpact.normal_forms.special_points import CodimensionTwo, NewCurve
 from vibroimpact.normal_forms.strong_resonance import (
     fold_directions,
     period_four,
-    strong_resonance,
 )
 from vibroimpact.normal_forms.terms import on_pair_manifold
 
@@ -52,5 +51,4 @@ __all__ = [
     "on_pair_manifold",
     "period_four",
     "resonances",
-    "strong_resonance",
 ]

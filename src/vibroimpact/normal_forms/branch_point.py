@@ -37,6 +37,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.terms import along, sized
 
 FOLD = "the parameter acts along q (<p, F_p> is not zero): a fold, not a branch point."
@@ -50,6 +51,8 @@ class BranchPoint:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     a, b, c, e
         Its coefficients for |q| = 1; a = 0 for a pitchfork.
     q, p
@@ -62,6 +65,7 @@ class BranchPoint:
         Whether every multiplier but 1 lies inside the unit circle.
     """
 
+    kind: str
     a: float
     b: float
     c: float
@@ -71,8 +75,6 @@ class BranchPoint:
     drift: Floats = field(repr=False)
     multipliers: Complexes = field(repr=False)
     others_inside: bool
-
-    kind = "BP"
 
     @property
     def pitchfork(self) -> bool:
@@ -127,11 +129,13 @@ class BranchPoint:
         return self.e
 
 
-def branch_point(forms: Forms) -> BranchPoint | Refusal:
+def branch_point(kind: PointKind, forms: Forms) -> BranchPoint | Refusal:
     """Compute the normal form at a branch point with multiplier +1.
 
     Parameters
     ----------
+    kind
+        The branch point.
     forms
         Forms of the map at its fixed point, with the parameter.
 
@@ -145,15 +149,15 @@ def branch_point(forms: Forms) -> BranchPoint | Refusal:
     Cost: d + 1 first, 4 second and 1 third derivative.
     """
     A = jacobian(forms)
-    critical = critical_multiplier("BP", A, 1.0)
+    critical = critical_multiplier(kind, A)
     if isinstance(critical, Refusal):
         return critical
     at, q, p = Multilinear(forms), critical.q.real, critical.p.real
     push = at.real(with_parameter(np.zeros(len(q)), 1.0))
     drive = sized(p, 1.0, push)
     if abs(drive.value) > HALF_OF_THE_DIGITS * drive.scale:
-        return Refusal("BP", Status.NOT_CRITICAL, FOLD, critical.multipliers)
-    form, a_scale, scales = _coefficients(at, A, critical, push)
+        return Refusal(kind.label, Status.NOT_CRITICAL, FOLD, critical.multipliers)
+    form, a_scale, scales = _coefficients(kind, at, A, critical, push)
     fork = abs(form.a) <= HALF_OF_THE_DIGITS * a_scale
     form = replace(form, a=0.0) if fork else form
     spread = form.b**2 - 4.0 * form.a * form.c
@@ -164,7 +168,7 @@ def branch_point(forms: Forms) -> BranchPoint | Refusal:
 
 
 def _coefficients(
-    at: Multilinear, A: Floats, critical: Critical, push: Floats
+    kind: PointKind, at: Multilinear, A: Floats, critical: Critical, push: Floats
 ) -> tuple[BranchPoint, float, tuple[float, float]]:
     """Normal form, and the sizes of the terms of a, and of b^2 - 4 a c and e."""
     q, p = critical.q.real, critical.p.real
@@ -173,6 +177,7 @@ def _coefficients(
     a, b, c = sized(p, 2.0, bend), sized(p, 1.0, at.real(q, X)), sized(p, 2.0, at.real(X, X))  # (2)
     e = sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, along(A, 1.0, q, p, bend)))  # (3)
     form = BranchPoint(
+        kind=kind.label,
         a=a.value.real,
         b=b.value.real,
         c=c.value.real,

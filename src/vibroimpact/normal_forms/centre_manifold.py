@@ -28,6 +28,7 @@ import numpy as np
 import scipy.linalg
 
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.codimension_one import NS
 from vibroimpact.normal_forms.critical import Critical, Refusal, critical_multiplier
 from vibroimpact.normal_forms.forms import Forms, jacobian
 
@@ -86,7 +87,7 @@ def centre_manifold(forms: Forms) -> CentreManifold | Refusal:
     Cost: d first, 3 + 2 (d - 2) second and 4 third derivatives.
     """
     A = jacobian(forms)
-    critical = critical_multiplier("NS", A, None)
+    critical = critical_multiplier(NS, A)
     if isinstance(critical, Refusal):
         return critical
     lam, H = critical.on_circle, eigenbasis(critical)

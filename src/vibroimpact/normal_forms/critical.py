@@ -21,6 +21,7 @@ import numpy as np
 import scipy.linalg
 
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.kind import PointKind
 
 ON_CIRCLE = 1e-6
 """A multiplier with ||nu| - 1| up to this counts as critical.
@@ -56,7 +57,7 @@ class NormalForm(Protocol):
 
     @property
     def kind(self) -> str:
-        """NS, PD, SN or BP; of codimension two CP, GPD, CH, R1 to R4, LPPD, LPNS, PDNS, NSNS."""
+        """Label of the kind."""
 
     @property
     def multipliers(self) -> Complexes:
@@ -128,17 +129,15 @@ class Critical:
         return bool(np.all(np.abs(self.others) < 1.0))
 
 
-def critical_multiplier(kind: str, A: Floats, target: float | None) -> Critical | Refusal:
+def critical_multiplier(of: PointKind, A: Floats) -> Critical | Refusal:
     """Find the critical multiplier of a Jacobian.
 
     Parameters
     ----------
-    kind
-        Kind of the bifurcation, for the text of a refusal.
+    of
+        Kind of the bifurcation, with one critical multiplier.
     A
         Jacobian, shape (d, d).
-    target
-        Real multiplier sought, 1.0 or -1.0; None: a pair that is not real.
 
     Returns
     -------
@@ -146,6 +145,7 @@ def critical_multiplier(kind: str, A: Floats, target: float | None) -> Critical 
         Refused as NOT_SMOOTH, NOT_CRITICAL, STRONG_RESONANCE (a pair that has merged at 1 or -1)
         or OTHERS_CRITICAL.
     """
+    (target,), kind = of.critical, of.label
     rough = rough_jacobian(kind, A)
     if rough:
         return rough

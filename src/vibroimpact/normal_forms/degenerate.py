@@ -22,9 +22,11 @@ from __future__ import annotations
 import math
 
 from vibroimpact._core.types import Complexes
+from vibroimpact.normal_forms.codimension_one import NS, PD, SN
 from vibroimpact.normal_forms.critical import Refusal, Status, not_smooth
 from vibroimpact.normal_forms.flip_fold import Flip, flip_coefficient
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, ns_coefficient
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
@@ -38,13 +40,13 @@ from vibroimpact.normal_forms.terms import along, sized
 FIFTH = "the coefficient of fifth order takes fifth derivatives, which are not computed"
 
 
-def cusp(forms: Forms) -> CodimensionTwo | Refusal:
+def cusp(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     """Compute c of (1), and a, about zero, that locates the point; with q, p and h2.
 
     Cost: d first, 2 second and 1 third derivative.
     """
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("CP", A, (1.0,))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     (critical,) = found
@@ -53,11 +55,11 @@ def cusp(forms: Forms) -> CodimensionTwo | Refusal:
     h2 = along(A, critical.on_circle, critical.q, critical.p, bend).real
     a, c = sized(p, 2.0, bend), sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, h2))  # (1)
     name = "the quadratic coefficient a"
-    generic = _not_zero("CP", name, a.value.real, a.scale, critical.multipliers)
+    generic = _not_zero(kind.label, name, a.value.real, a.scale, critical.multipliers)
     if generic:
         return generic
     form = CodimensionTwo(
-        "CP", {"c": c.value.real, "a": a.value.real}, {"q": q, "p": p, "h2": h2},
+        kind.label, {"c": c.value.real, "a": a.value.real}, {"q": q, "p": p, "h2": h2},
         critical.multipliers, critical.others_inside,
     )  # fmt: skip
     node, saddle = ("attract", "repels") if form.c < 0.0 else ("repel", "attracts")
@@ -68,42 +70,42 @@ def cusp(forms: Forms) -> CodimensionTwo | Refusal:
     )
 
 
-def generalised_flip(forms: Forms) -> CodimensionTwo | Refusal:
+def generalised_flip(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     """Check that c of (2) vanishes next to ``scale``, the size of its terms; with q, p and h2.
 
     On which side the fold curve begins is not known. Cost: d first, 2 second and 1 third derivative.
     """
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("GPD", A, (-1.0,))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
-    form, scale = flip_coefficient("PD", at, A, found[0])
+    form, scale = flip_coefficient(PD, at, A, found[0])
     name = "the cubic coefficient c"
-    generic = _not_zero("GPD", name, form.c, scale, form.multipliers, form)
+    generic = _not_zero(kind.label, name, form.c, scale, form.multipliers, form)
     return generic or CodimensionTwo(
-        "GPD", {"c": form.c, "scale": scale}, {"q": form.q, "p": form.p, "h2": form.h2},
+        kind.label, {"c": form.c, "scale": scale}, {"q": form.q, "p": form.p, "h2": form.h2},
         form.multipliers, form.others_inside,
         f"the cubic coefficient of the flip vanishes (c = {form.c:.3g} of {scale:.3g}): "
         "period doubling turns from super- to subcritical, and a fold curve of the doubled "
         f"orbit begins, tangent to the flip curve; {FIFTH}.",
-        (NewCurve("SN", 2),),
+        (NewCurve(SN.label, 2),),
     )  # fmt: skip
 
 
-def chenciner(forms: Forms) -> CodimensionTwo | Refusal:
+def chenciner(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     """Check that Re(d) of (3) vanishes next to ``scale``; with nu as ``multiplier``, q, p, h20, h11.
 
     On which side the circles exist is not known. Cost: d first, 9 second and 4 third derivatives.
     """
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("CH", A, (None,))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
-    form, scale = ns_coefficient(at, A, found[0])
+    form, scale = ns_coefficient(NS, at, A, found[0])
     name = "the first Lyapunov coefficient Re(d)"
-    generic = _not_zero("CH", name, form.d.real, scale, form.multipliers, form)
+    generic = _not_zero(kind.label, name, form.d.real, scale, form.multipliers, form)
     return generic or CodimensionTwo(
-        "CH", {"multiplier": form.multiplier, "d": form.d, "scale": scale},
+        kind.label, {"multiplier": form.multiplier, "d": form.d, "scale": scale},
         {"q": form.q, "p": form.p, "h20": form.h20, "h11": form.h11},
         form.multipliers, form.others_inside,
         f"the first Lyapunov coefficient vanishes (Re d = {form.d.real:.3g} of "

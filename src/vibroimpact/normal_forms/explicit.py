@@ -24,6 +24,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_choice, check_count, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.codimension_one import NS, PD
 from vibroimpact.normal_forms.forms import checked
 
 Function = Callable[[Any, Any], Sequence[Any]]
@@ -306,11 +307,11 @@ class ExplicitMap:
         vanishes at a neutral saddle, a real pair nu, 1 / nu.
         """
         A = self.linearised(z, p)[0]
-        tests = {"PD": float(np.linalg.det(A + np.eye(self.dimension)))}
+        tests = {PD.label: float(np.linalg.det(A + np.eye(self.dimension)))}
         if self.dimension > 1:
             nus = np.linalg.eigvals(A)
             i, j = np.triu_indices(self.dimension, 1)
-            tests["NS"] = float(np.prod(1.0 - nus[i] * nus[j]).real)
+            tests[NS.label] = float(np.prod(1.0 - nus[i] * nus[j]).real)
         return tests
 
     def _failed(self, status: FixedPointStatus, x: Floats, p: Values, steps: int) -> FixedPoint:

@@ -37,6 +37,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian, with_parameter
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.terms import off, sized
 from vibroimpact.normal_forms.unfolding import Unfolding, given, unfold
 
@@ -53,7 +54,7 @@ class Flip:
     Attributes
     ----------
     kind
-        "PD", or "BP" where the map is the half map of a symmetric orbit.
+        Label of the kind: symmetry breaking where the map is the half map of a symmetric orbit.
     c
         Cubic coefficient (2) for |q| = 1.
     q, p, h2
@@ -123,6 +124,8 @@ class Fold:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     a
         Quadratic coefficient for |q| = 1: its sign is that of q, whose largest entry is positive.
     q, p
@@ -135,14 +138,13 @@ class Fold:
         s = <p, F_p>, or None if the parameter was left out.
     """
 
+    kind: str
     a: float
     q: Floats = field(repr=False)
     p: Floats = field(repr=False)
     multipliers: Complexes = field(repr=False)
     others_inside: bool
     drive: float | None
-
-    kind = "SN"
 
     @property
     def side(self) -> int:
@@ -166,15 +168,15 @@ class Fold:
         return given("drive", self.drive)
 
 
-def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Refusal:
+def flip(kind: PointKind, forms: Forms, *, parameter: bool = True) -> Flip | Refusal:
     """Compute the normal form at a multiplier -1.
 
     Parameters
     ----------
+    kind
+        Period doubling or symmetry breaking: the meaning of the two new points; the formula is the same.
     forms
         Forms of the map at its fixed point; for symmetry breaking those of the half map.
-    kind
-        "PD" or "BP": the meaning of the two new points; the formula is the same.
     parameter
         False if the forms take no parameter.
 
@@ -188,7 +190,7 @@ def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Re
     Cost: d first, 2 second and 1 third derivative, 3 more with the parameter.
     """
     A = jacobian(forms)
-    critical = critical_multiplier(kind, A, -1.0)
+    critical = critical_multiplier(kind, A)
     if isinstance(critical, Refusal):
         return critical
     at = Multilinear(forms)
@@ -203,21 +205,23 @@ def flip(forms: Forms, *, kind: str = "PD", parameter: bool = True) -> Flip | Re
 
 
 def flip_coefficient(
-    kind: str, at: Multilinear, A: Floats, critical: Critical
+    kind: PointKind, at: Multilinear, A: Floats, critical: Critical
 ) -> tuple[Flip, float]:
     """Normal form without the parameter, and the size of the terms of c."""
     q, p = critical.q.real, critical.p.real
     h2 = off(A, 1.0, at.real(q, q))  # (1)
     c = sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, h2))  # (2)
     multipliers, inside = critical.multipliers, critical.others_inside
-    return Flip(kind, c.value.real, q, p, h2, multipliers, inside, None), c.scale
+    return Flip(kind.label, c.value.real, q, p, h2, multipliers, inside, None), c.scale
 
 
-def fold(forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
+def fold(kind: PointKind, forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
     """Compute the normal form at a multiplier +1.
 
     Parameters
     ----------
+    kind
+        The fold.
     forms
         Forms of the map at its fixed point.
     parameter
@@ -232,12 +236,12 @@ def fold(forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
     -----
     Cost: d first and 1 second derivative, 1 more with the parameter.
     """
-    critical = critical_multiplier("SN", jacobian(forms), 1.0)
+    critical = critical_multiplier(kind, jacobian(forms))
     if isinstance(critical, Refusal):
         return critical
     at, q, p = Multilinear(forms), critical.q.real, critical.p.real
     a = sized(p, 2.0, at.real(q, q))  # (4)
-    form = Fold(a.value.real, q, p, critical.multipliers, critical.others_inside, None)
+    form = Fold(kind.label, a.value.real, q, p, critical.multipliers, critical.others_inside, None)
     flat = zero("a", form.a, a.scale, Status.DEGENERATE, FLAT, form)
     if flat or not parameter:
         return flat or form

@@ -54,8 +54,10 @@ from typing import Any
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.codimension_one import NS
 from vibroimpact.normal_forms.critical import Critical, Refusal, not_smooth
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import (
     CodimensionTwo,
     NewCurve,
@@ -67,20 +69,20 @@ from vibroimpact.normal_forms.terms import Sized, along, cubic_alone, off, pair_
 UNDECIDED = "terms of higher order decide"
 
 
-def fold_flip(forms: Forms) -> CodimensionTwo | Refusal:
+def fold_flip(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     """Compute a, b, e of (2), and ``scaled``, a / (2 e) and b e / 2; with q0, at 1, and q1, at -1.
 
     Cost: d first and 3 second derivatives.
     """
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("LPPD", A, (1.0, -1.0))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     (q0, p0), (q1, p1) = ((critical.q.real, critical.p.real) for critical in found)
     a, b = sized(p0, 1.0, at.real(q0, q0)), sized(p0, 1.0, at.real(q1, q1))
     e = sized(p1, 1.0, at.real(q0, q1))  # (2)
     form = CodimensionTwo(
-        "LPPD", {"a": a.value.real, "b": b.value.real, "e": e.value.real}, {"q0": q0, "q1": q1},
+        kind.label, {"a": a.value.real, "b": b.value.real, "e": e.value.real}, {"q0": q0, "q1": q1},
         found[0].multipliers, found[0].others_inside,
     )  # fmt: skip
     degenerate = vanishing(
@@ -96,13 +98,13 @@ def fold_flip(forms: Forms) -> CodimensionTwo | Refusal:
     if product > 0.0:
         return form.born(
             f"{born}; the doubled orbit has a Neimark-Sacker curve that begins here.",
-            NewCurve("NS", 2), scaled=scaled,
+            NewCurve(NS.label, 2), scaled=scaled,
         )  # fmt: skip
     why_not = f"b e = {product:.6g} < 0: the doubled orbit is a saddle."
     return form.born(f"{born}; the doubled orbit is a saddle.", why_not=why_not, scaled=scaled)
 
 
-def fold_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
+def fold_neimark_sacker(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     """Compute (4), and s, a, b, c of (5); with q1, at 1, and q2, at nu, which is ``multiplier``.
 
     The cubic ones are those for <p1, h200> = <p1, h011> = <p2, h110> = 0; of them only (5) does not
@@ -110,7 +112,7 @@ def fold_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
     Neimark-Sacker curve. Cost: d first, 22 second and 10 third derivatives.
     """
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("LPNS", A, (1.0, None))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     one, pair = found
@@ -127,7 +129,9 @@ def fold_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
         "f200": f200.value.real, "f011": f011.value.real, "g110": g110.value,
         "f300": f300.value.real, "f111": f111.value.real, "g210": g210.value, "g021": g021.value,
     }  # fmt: skip
-    form = CodimensionTwo("LPNS", numbers, {"q1": q1, "q2": q2}, one.multipliers, one.others_inside)
+    form = CodimensionTwo(
+        kind.label, numbers, {"q1": q1, "q2": q2}, one.multipliers, one.others_inside
+    )
     nu_bar = pair.on_circle.conjugate()
     growth = (nu_bar * form.g110).real
     whole = f011.scale + sized(one.p, 1.0, at(q2, q2)).scale
@@ -143,7 +147,7 @@ def fold_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
     top = form.f011 * form.g210 + turned - form.f200 * form.g021
     b, c = top / (form.f011 * form.f200**2), form.f300 / form.f200**2  # (5)
     if not math.isfinite(abs(b) + abs(c)):
-        return not_smooth("LPNS", "a cubic coefficient", form.multipliers)
+        return not_smooth(kind.label, "a cubic coefficient", form.multipliers)
     torus = form.f011 * growth < 0.0
     end, there = (
         (
@@ -163,17 +167,17 @@ def fold_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
     )  # fmt: skip
 
 
-def flip_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
+def flip_neimark_sacker(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     """Compute (8) of (6). Cost: d first, 22 second and 10 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("PDNS", A, (-1.0, None))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     q1, q2 = found[0].q.real, found[1].q
     h200, h011 = off(A, 1.0, at(q1, q1)).real, off(A, 1.0, at(q2, q2.conj())).real
     h110 = off(A, -found[1].on_circle, at(q1, q2))
     f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
-    return _amplitudes("PDNS", found, (f300, f111), (g210, g021))
+    return _amplitudes(kind, found, (f300, f111), (g210, g021))
 
 
 def _cubic(
@@ -193,16 +197,16 @@ def _cubic(
     return f300, f111, g210, cubic_alone(at, q2, pair.p, h020, h011)
 
 
-def double_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
+def double_neimark_sacker(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     """Compute (8) of (7). Cost: d first, 42 second and 20 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
-    found = critical_multipliers("NSNS", A, (None, None))
+    found = critical_multipliers(kind, A)
     if isinstance(found, Refusal):
         return found
     first, second = found
     f2100, f1011 = _pair_row(at, A, first, second)
     g0021, g1110 = _pair_row(at, A, second, first)
-    return _amplitudes("NSNS", found, (f2100, f1011), (g1110, g0021))
+    return _amplitudes(kind, found, (f2100, f1011), (g1110, g0021))
 
 
 def _pair_row(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tuple[Sized, Sized]:
@@ -216,7 +220,7 @@ def _pair_row(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tup
 
 
 def _amplitudes(
-    kind: str, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
+    kind: PointKind, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
 ) -> CodimensionTwo | Refusal:
     """The amplitude map (8) from the coefficients by rows, or the hypothesis that fails.
 
@@ -232,7 +236,11 @@ def _amplitudes(
     )
     sizes = [max(part.scale for part in row) for row in rows]
     form = CodimensionTwo(
-        kind, {"coefficients": p}, {"q1": one.q, "q2": two.q}, one.multipliers, one.others_inside
+        kind.label,
+        {"coefficients": p},
+        {"q1": one.q, "q2": two.q},
+        one.multipliers,
+        one.others_inside,
     )
     checks = [
         (f"p_{i + 1}{j + 1}", float(p[i, j]), sizes[i], UNDECIDED)
@@ -249,9 +257,9 @@ def _amplitudes(
         "simple": simple,
     }
     more = "" if simple else ", which can have a further bifurcation"
-    if kind == "PDNS":
+    if -1.0 in kind.critical:
         born = "the doubled orbit, the circle, and a doubled circle where both amplitudes live"
-        return form.born(f"{born}{more}.", NewCurve("NS", 2), **numbers)
+        return form.born(f"{born}{more}.", NewCurve(NS.label, 2), **numbers)
     return form.born(
         f"two circles, and a two-dimensional torus where both amplitudes live{more}.",
         why_not="no periodic orbits are born; the curves that begin here are bifurcations of circles.",

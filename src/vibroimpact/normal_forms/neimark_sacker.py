@@ -42,6 +42,7 @@ from vibroimpact.normal_forms.critical import (
     zero,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.resonance import (
     Resonance,
     nearest_resonance,
@@ -61,6 +62,8 @@ class NeimarkSacker:
 
     Attributes
     ----------
+    kind
+        Label of the kind.
     multiplier
         nu, |nu| = 1, 0 < arg(nu) < pi.
     d
@@ -82,6 +85,7 @@ class NeimarkSacker:
         Effect of the parameter, or None if it was left out.
     """
 
+    kind: str
     multiplier: complex
     d: complex
     q: Complexes = field(repr=False)
@@ -93,8 +97,6 @@ class NeimarkSacker:
     resonant_radius: float
     warnings: tuple[str, ...]
     unfolding: Unfolding | None = field(repr=False)
-
-    kind = "NS"
 
     @property
     def angle(self) -> float:
@@ -204,11 +206,15 @@ class NeimarkSacker:
         return "\n".join(lines + [f"  warning: {sentence}" for sentence in self.warnings])
 
 
-def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | Refusal:
+def neimark_sacker(
+    kind: PointKind, forms: Forms, *, parameter: bool = True
+) -> NeimarkSacker | Refusal:
     """Compute the normal form at a Neimark-Sacker point.
 
     Parameters
     ----------
+    kind
+        Neimark-Sacker.
     forms
         Forms of the map at its fixed point; for a symmetric orbit those of the half map.
     parameter
@@ -224,14 +230,14 @@ def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | R
     Cost: d first, 9 second and 4 third derivatives; with the parameter 1 first and 4 second more.
     """
     A = jacobian(forms)
-    critical = critical_multiplier("NS", A, None)
+    critical = critical_multiplier(kind, A)
     if isinstance(critical, Refusal):
         return critical
     exact = strong_resonances(float(np.angle(critical.multiplier)), ON_CIRCLE)
     if exact:
-        return _resonant(critical, exact[0])
+        return _resonant(kind, critical, exact[0])
     at = Multilinear(forms)
-    form, scale = ns_coefficient(at, A, critical)
+    form, scale = ns_coefficient(kind, at, A, critical)
     undecided = zero("Re(d)", form.d.real, scale, Status.DEGENERATE, UNDECIDED, form)
     if undecided or not parameter:
         return undecided or form
@@ -241,13 +247,16 @@ def neimark_sacker(forms: Forms, *, parameter: bool = True) -> NeimarkSacker | R
     return zero("d|nu|/dp", growth, unfolding.scale, Status.NOT_TRANSVERSAL, TOUCHES, form) or whole
 
 
-def ns_coefficient(at: Multilinear, A: Floats, critical: Critical) -> tuple[NeimarkSacker, float]:
+def ns_coefficient(
+    kind: PointKind, at: Multilinear, A: Floats, critical: Critical
+) -> tuple[NeimarkSacker, float]:
     """Normal form without the parameter, and the size of the terms of d."""
     nu = critical.on_circle
     h20, h11, cubic = pair_alone(at, A, nu, critical.q, critical.p)  # (2)
     radii = _resonant_radii(at, h20, critical)
     near = strong_resonances(float(np.angle(nu)))
     form = NeimarkSacker(
+        kind=kind.label,
         multiplier=nu,
         d=nu.conjugate() * cubic.value,  # (3)
         q=critical.q,
@@ -275,10 +284,10 @@ def _resonant_radii(at: Multilinear, h20: Complexes, critical: Critical) -> dict
     }
 
 
-def _resonant(critical: Critical, resonance: Resonance) -> Refusal:
+def _resonant(kind: PointKind, critical: Critical, resonance: Resonance) -> Refusal:
     reason = (
         f"nu = {critical.multiplier:.9g} is the strong resonance {resonance.p}:{resonance.q} "
         f"(|nu^{resonance.q} - 1| = {resonance.distance:.2g}): the normal form divides by zero. "
         "For a symmetric orbit take the half map, where the resonance may be weak."
     )
-    return Refusal("NS", Status.STRONG_RESONANCE, reason, critical.multipliers)
+    return Refusal(kind.label, Status.STRONG_RESONANCE, reason, critical.multipliers)

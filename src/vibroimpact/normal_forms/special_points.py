@@ -40,6 +40,7 @@ from vibroimpact.normal_forms.critical import (
     rough_jacobian,
     zero,
 )
+from vibroimpact.normal_forms.kind import PointKind
 
 AT_THE_POINT = math.sqrt(ON_CIRCLE)
 """Largest deviation of what the square root of an error moves: see Tolerance above."""
@@ -55,7 +56,7 @@ class NewCurve:
     Attributes
     ----------
     kind
-        "SN", "NS" or "PD"; where an orbit touches a stop, "GR" or "ZERO".
+        Label of its kind; where an orbit touches a stop, that of the touch.
     period
         Of the orbits on it, in iterates of the map whose forms were given, >= 1. For the half map
         of a symmetric orbit two iterates are one period of the full map.
@@ -136,20 +137,16 @@ def vanishing(form: NormalForm, *checks: tuple[str, float, float, str]) -> Refus
     return next((r for r in refused if r is not None), None)
 
 
-def critical_multipliers(
-    kind: str, A: Floats, wanted: tuple[float | None, ...]
-) -> tuple[Critical, ...] | Refusal:
+def critical_multipliers(of: PointKind, A: Floats) -> tuple[Critical, ...] | Refusal:
     """Find several critical multipliers of a Jacobian.
 
     Parameters
     ----------
-    kind
-        Kind of the point, for the text of a refusal.
+    of
+        Kind of the point, with the critical multipliers wanted. Pairs are returned by their angle,
+        the smaller first.
     A
         Jacobian, shape (d, d).
-    wanted
-        For each +1.0 or -1.0, or None for a pair that is not real. Pairs are returned by their
-        angle, the smaller first.
 
     Returns
     -------
@@ -162,6 +159,7 @@ def critical_multipliers(
     -----
     Cost: one eigenvalue problem.
     """
+    wanted, kind = of.critical, of.label
     rough = rough_jacobian(kind, A)
     if rough:
         return rough

@@ -45,12 +45,11 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 
 import numpy as np
 
-from vibroimpact._core.checks import check_choice
 from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.normal_forms.codimension_one import NS, SN
 from vibroimpact.normal_forms.critical import (
     ON_CIRCLE,
     Critical,
@@ -61,6 +60,7 @@ from vibroimpact.normal_forms.critical import (
     rough_jacobian,
 )
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
     CodimensionTwo,
@@ -128,51 +128,21 @@ def _verdict(attracts: bool) -> str:
     return f"{'attracts' if attracts else 'repels'} on the centre manifold"
 
 
-def strong_resonance(kind: str, forms: Forms) -> CodimensionTwo | Refusal:
-    """Compute the critical coefficients at a strong resonance.
+def one_to_one(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
+    """Compute a, b, and ``sign`` of a(b - 2a), as MatContM prints it; with q0 and q1, the generalised eigenvector.
 
-    Parameters
-    ----------
-    kind
-        "R1", "R2", "R3" or "R4".
-    forms
-        Forms of the map at its fixed point, at the critical parameters.
-
-    Returns
-    -------
-    CodimensionTwo or Refusal
-        R1: a, b, and ``sign`` of a(b - 2a), as MatContM prints it: < 0 where the circle of the
-        Neimark-Sacker curve attracts on the centre manifold; q0, q1, the generalised eigenvector.
-        R2: c, d, ``scaled`` (4 c, -2 d - 6 c): the doubled orbit is a saddle if the first is
-        positive, the circle attracts if the second is negative; q0, q1. R3: b, c, ``scaled``, whose
-        real part is (conj(nu) c / |b|^2 - 1) / 3, the one that is invariant: the circle attracts if
-        it is negative; q, p, h20, h11. R4: c, d, whose argument depends on the phase of q, and
-        ``scaled`` A: the circle attracts if Re A < 0; q, p, h20, h11.
-        A refusal where the multipliers are not those of the resonance, or a coefficient vanishes.
-
-    Raises
-    ------
-    InvalidParameterError
-        Another kind.
-
-    Notes
-    -----
-    Cost: d first derivatives; second and third ones R1 2 and 0, R2 5 and 2, R3 and R4 9 and 4.
+    It is negative where the circle of the Neimark-Sacker curve attracts on the centre manifold. Cost: d first and 2
+    second derivatives.
     """
-    check_choice("kind", kind, STRONG)
-    return STRONG[kind](forms)
-
-
-def _one_to_one(forms: Forms) -> CodimensionTwo | Refusal:
     A, at = jacobian(forms), Multilinear(forms)
-    found = _double("R1", A, 1.0)
+    found = _double(kind.label, A, 1.0)
     if isinstance(found, Refusal):
         return found
     (q0, q1), (p0, p1), rest = found
     b00, b01 = at.real(q0, q0), at.real(q0, q1)
     a, mixed, turned = sized(p0, 2.0, b00), sized(p0, 1.0, b01), sized(p1, 1.0, b00)
     b = (mixed.value + turned.value).real  # (2)
-    form = CodimensionTwo("R1", {"a": a.value.real, "b": b}, {"q0": q0, "q1": q1}, *rest)
+    form = CodimensionTwo(kind.label, {"a": a.value.real, "b": b}, {"q0": q0, "q1": q1}, *rest)
     size = mixed.scale + turned.scale + 2.0 * a.scale
     circle = ("b - 2 a", b - 2.0 * form.a, size, UNDECIDED)
     sign = int(math.copysign(1.0, form.a * (b - 2.0 * form.a)))
@@ -180,13 +150,18 @@ def _one_to_one(forms: Forms) -> CodimensionTwo | Refusal:
         "a Neimark-Sacker curve begins tangent to the fold curve and goes on beyond as a "
         f"neutral saddle; its circle {_verdict(sign < 0)} and ends at a homoclinic orbit "
         "of the saddle.",
-        NewCurve("NS", 1), sign=sign,
+        NewCurve(NS.label, 1), sign=sign,
     )  # fmt: skip
 
 
-def _one_to_two(forms: Forms) -> CodimensionTwo | Refusal:
+def one_to_two(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
+    """Compute c, d, and ``scaled``, (4 c, -2 d - 6 c); with q0 and q1.
+
+    The doubled orbit is a saddle if the first is positive, the circle attracts if the second is negative. Cost: d
+    first, 5 second and 2 third derivatives.
+    """
     A, at = jacobian(forms), Multilinear(forms)
-    found = _double("R2", A, -1.0)
+    found = _double(kind.label, A, -1.0)
     if isinstance(found, Refusal):
         return found
     (q0, q1), (p0, p1), rest = found
@@ -196,7 +171,7 @@ def _one_to_two(forms: Forms) -> CodimensionTwo | Refusal:
     mixed = at.real(q0, q0, q1), 2.0 * at.real(q0, h11), at.real(q1, h20)
     c, first, second = sized(p0, 6.0, *cubic), sized(p0, 2.0, *mixed), sized(p1, 2.0, *cubic)
     numbers = {"c": c.value.real, "d": (first.value + second.value).real}  # (4)
-    form = CodimensionTwo("R2", numbers, {"q0": q0, "q1": q1}, *rest)
+    form = CodimensionTwo(kind.label, numbers, {"q0": q0, "q1": q1}, *rest)
     scaled = 4.0 * form.c, -2.0 * form.d - 6.0 * form.c
     size = 2.0 * (first.scale + second.scale) + 6.0 * c.scale
     circle = ("2 d + 6 c", scaled[1], size, UNDECIDED)
@@ -205,7 +180,7 @@ def _one_to_two(forms: Forms) -> CodimensionTwo | Refusal:
     ends = f"a Neimark-Sacker curve ends on the flip curve; its circle {_verdict(scaled[1] < 0.0)}"
     if form.c < 0.0:
         born = f"{ends}; a Neimark-Sacker curve of the doubled orbit begins."
-        return form.born(born, NewCurve("NS", 2), scaled=scaled)
+        return form.born(born, NewCurve(NS.label, 2), scaled=scaled)
     return form.born(
         f"{ends} and ends where it meets the doubled orbit, which is a saddle.",
         why_not=f"4 c = {scaled[0]:.6g} > 0: the doubled orbit is a saddle next to the point.",
@@ -248,27 +223,32 @@ def _double(
     return (q0, q1), (p0, p1 - (p1 @ q1) * p0), rest
 
 
-def _pair(kind: str, A: Floats, target: complex, name: str) -> Critical | Refusal:
+def _pair(kind: PointKind, A: Floats, target: complex, name: str) -> Critical | Refusal:
     """The simple critical pair at the resonance ``target``."""
-    critical = critical_multiplier(kind, A, None)
+    critical = critical_multiplier(kind, A)
     if isinstance(critical, Refusal):
         return critical
     if abs(critical.multiplier - target) > ON_CIRCLE:
         reason = f"{kind} needs nu = {name}; the nearest is {critical.multiplier:.9g}."
-        return Refusal(kind, Status.NOT_CRITICAL, reason, critical.multipliers)
+        return Refusal(kind.label, Status.NOT_CRITICAL, reason, critical.multipliers)
     return critical
 
 
-def _one_to_three(forms: Forms) -> CodimensionTwo | Refusal:
+def one_to_three(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
+    """Compute b, c, and ``scaled``; with q, p, h20 and h11.
+
+    Its real part (conj(nu) c / |b|^2 - 1) / 3 is the one that is invariant: the circle attracts if it is negative.
+    Cost: d first, 9 second and 4 third derivatives.
+    """
     A, at = jacobian(forms), Multilinear(forms)
-    critical = _pair("R3", A, CUBE_ROOT, "exp(2 pi i / 3)")
+    critical = _pair(kind, A, CUBE_ROOT, "exp(2 pi i / 3)")
     if isinstance(critical, Refusal):
         return critical
     q, bar = critical.q, critical.q.conj()
     h20 = along(A, CUBE_ROOT.conjugate(), bar, critical.p.conj(), at(q, q))
     h11 = off(A, 1.0, at(q, bar)).real
     b, c = sized(critical.p, 2.0, at(bar, bar)), cubic_alone(at, q, critical.p, h20, h11)  # (6)
-    form = _of_pair("R3", {"b": b.value, "c": c.value}, critical, h20, h11)
+    form = _of_pair(kind.label, {"b": b.value, "c": c.value}, critical, h20, h11)
     size, quadratic = abs(b.value) ** 2, b.scale + sized(critical.p, 2.0, at(q, q)).scale
     no_saddle = vanishing(form, ("b", abs(form.b), quadratic, "no orbit of period three is born"))
     if no_saddle:
@@ -280,7 +260,7 @@ def _one_to_three(forms: Forms) -> CodimensionTwo | Refusal:
         "a saddle orbit of period three shrinks to the fixed point on all sides; the circle of "
         f"the Neimark-Sacker curve {_verdict(scaled.real < 0.0)} and ends where it meets "
         "that orbit.",
-        NewCurve("NS", 3, neutral_saddle=True), scaled=scaled,
+        NewCurve(NS.label, 3, neutral_saddle=True), scaled=scaled,
     )  # fmt: skip
 
 
@@ -292,15 +272,19 @@ def _of_pair(
     return CodimensionTwo(kind, numbers, vectors, critical.multipliers, critical.others_inside)
 
 
-def _one_to_four(forms: Forms) -> CodimensionTwo | Refusal:
+def one_to_four(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
+    """Compute c, d, whose argument depends on the phase of q, and ``scaled`` A; with q, p, h20 and h11.
+
+    The circle attracts if Re A < 0. Cost: d first, 9 second and 4 third derivatives.
+    """
     A, at = jacobian(forms), Multilinear(forms)
-    critical = _pair("R4", A, 1j, "i")
+    critical = _pair(kind, A, 1j, "i")
     if isinstance(critical, Refusal):
         return critical
     q, bar = critical.q, critical.q.conj()
     h20, h11, c = pair_alone(at, A, 1j, q, critical.p)
     d = sized(critical.p, 6.0, at(bar, bar, bar), 3.0 * at(bar, h20.conj()))  # (8)
-    form = _of_pair("R4", {"c": c.value, "d": d.value}, critical, h20, h11)
+    form = _of_pair(kind.label, {"c": c.value, "d": d.value}, critical, h20, h11)
     cubic = c.scale + d.scale
     no_resonance = vanishing(form, ("d", abs(form.d), cubic, "no orbit of period four is born"))
     if no_resonance:
@@ -318,18 +302,10 @@ def _one_to_four(forms: Forms) -> CodimensionTwo | Refusal:
     circle = f"the circle of the Neimark-Sacker curve {_verdict(scaled.real < 0.0)}"
     if abs(scaled) > 1.0:
         born = f"two orbits of period four are born in a fold on each of two curves; {circle}."
-        return form.born(born, NewCurve("SN", 4), NewCurve("SN", 4), scaled=scaled)
+        return form.born(born, NewCurve(SN.label, 4), NewCurve(SN.label, 4), scaled=scaled)
     return form.born(
         f"a saddle orbit of period four shrinks to the fixed point on all sides; {circle}.",
         why_not=f"|A| = {abs(scaled):.6g} < 1: one orbit of period four exists all around, without "
         "folds.",
         scaled=scaled,
     )
-
-
-STRONG: dict[str, Callable[[Forms], CodimensionTwo | Refusal]] = {
-    "R1": _one_to_one,
-    "R2": _one_to_two,
-    "R3": _one_to_three,
-    "R4": _one_to_four,
-}

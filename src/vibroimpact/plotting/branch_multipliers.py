@@ -16,10 +16,11 @@ from scipy.optimize import linear_sum_assignment
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.types import Complexes
-from vibroimpact.branches.branch import BifurcationPoint, Branch, BranchProfile, profile
+from vibroimpact.branches.branch import Branch, BranchProfile, profile
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
-from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
+from vibroimpact.plotting.branch_looks import marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
 
@@ -54,8 +55,8 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
             xlim=(-SHOWN, SHOWN), ylim=(-SHOWN, SHOWN),
         )  # fmt: skip
         marked = [point for point in branch.special_points if len(_critical(point))]
-        for kind in dict.fromkeys(point.kind for point in marked):
-            ax.plot([], [], label=KINDS[kind], **marker_of(kind))
+        for kind in dict.fromkeys(point.record for point in marked):
+            ax.plot([], [], label=kind.name, **marker_of(kind))
         if marked:
             style.legend_outside(ax, columns=2)
         _mark(ax, marked)
@@ -74,7 +75,7 @@ def _mark(ax: Axes, points: list[BifurcationPoint]) -> None:
     for point in points:
         for value in _critical(point):
             for place in {value, value.conjugate()}:
-                ax.plot([place.real], [place.imag], **marker_of(point.kind))
+                ax.plot([place.real], [place.imag], **marker_of(point.record))
             labels.add(point.label, value.real, value.imag, style.BLACK)
     labels.place()
 

@@ -18,7 +18,7 @@ from vibroimpact.machines.units import OF_ORBITS, Units, units_of
 from vibroimpact.orbits.find import impact_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
-from vibroimpact.plotting.branch_looks import KINDS, MARKERS, marker_of, parameter_label
+from vibroimpact.plotting.branch_looks import in_order, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.variables import check_dataset
@@ -203,7 +203,7 @@ def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
         for values in _curves(branch, points, view)[:1]:
             for i in np.flatnonzero(points.special >= 0):
                 point = branch.special_points[points.special[i]]
-                ax.plot(across[i], values[i], **marker_of(point.kind))
+                ax.plot(across[i], values[i], **marker_of(point.record))
                 labels.add(point.label, across[i], values[i], colour)
     labels.place()
 
@@ -220,9 +220,9 @@ def _legend(
             ax.plot([], [], color=colour, linewidth=1.2, label=f"{number}: {branch.symbol}{kind}")
     for stability in sorted(seen):
         ax.plot([], [], linestyle=LINES[stability], color=style.BLACK, label=WORDS[stability])
-    kinds = {point.kind for branch in branches for point in branch.special_points}
-    for kind in [kind for kind in MARKERS if points and kind in kinds]:
-        ax.plot([], [], label=KINDS[kind], **marker_of(kind))
+    kinds = (point.record for branch in branches for point in branch.special_points if points)
+    for one in in_order(kinds):
+        ax.plot([], [], label=one.name, **marker_of(one))
     if cloud:
         ax.plot([], [], "o", color=CLOUD, markeredgewidth=0.0, label="attractors")
     if ax.get_legend_handles_labels()[0]:

@@ -15,22 +15,21 @@ from matplotlib.text import Annotation
 from vibroimpact._core.checks import check_flag, check_kind, ends_of, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.bifurcations.kinds import WEAK
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.stretches import Meaning, stretches
 from vibroimpact.bifurcations.tongue import Tongue
 from vibroimpact.bifurcations.tongue_region import region_of
+from vibroimpact.branches.kinds import SN
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.machines.units import Units, units_of
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.plotting import style
-from vibroimpact.plotting.branch_looks import KINDS, MARKERS, parameter_label
+from vibroimpact.plotting.branch_looks import in_order, look_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 
-COLOURS = {
-    "SN": style.BLUE, "PD": style.VERMILION, "NS": style.BLACK, "BP": style.GREEN,
-    "GR": style.ORANGE, "ZERO": style.SKY, "SIM": style.PURPLE, "level": "#7A5A3A",
-}  # fmt: skip
-OF_CURVES = KINDS | {"BP": "symmetry breaking", "level": "level of a function"}
-LOOKS: dict[Meaning, dict[str, Any]] = {
+LINES: dict[Meaning, dict[str, Any]] = {
     Meaning.BIFURCATION: {"linestyle": "-", "linewidth": 1.3},
     Meaning.INADMISSIBLE: {"linestyle": (0, (0.9, 1.3)), "linewidth": 1.3},
     Meaning.NEUTRAL: {"linestyle": (0, (4.0, 2.0)), "linewidth": 0.7, "color": style.GREY},
@@ -41,27 +40,7 @@ HALO: dict[str, Any] = {
     "linewidth": 3.5,
     "zorder": 2.5,
 }  # of lines over coloured planes
-OF_POINTS = {  # marker and words of points of codimension two
-    "CP": (">", "cusp"),
-    "GPD": ("D", "generalised flip"),
-    "CH": ("h", "Chenciner point"),
-    "R1": ("o", "strong resonance"),
-    "R2": ("o", "strong resonance"),
-    "R3": ("o", "strong resonance"),
-    "R4": ("o", "strong resonance"),
-    "LPPD": ("d", "fold-flip"),
-    "LPNS": ("<", "fold and Neimark-Sacker"),
-    "PDNS": ("p", "flip and Neimark-Sacker"),
-    "NSNS": ("8", "two pairs"),
-    "WEAK": ("o", "weak resonance"),
-    "BP": (MARKERS["BP"], "curves cross"),
-    "GR": (MARKERS["GR"], "orbit grazes"),
-    "ZERO": (MARKERS["ZERO"], "impact speed zero"),
-    "SIM": (MARKERS["SIM"], "impacts coincide"),
-    "STICK": (MARKERS["STICK"], "sticking begins"),
-}
-OPEN = ("WEAK", "BP", "GR", "ZERO", "SIM", "STICK")  # markers, white inside
-WEAK = 6.0  # points: labels of weak resonances
+SMALL = 6.0  # points: labels of weak resonances
 SAME = 2e-3  # of the axes: two curves pass one point there
 COLUMNS, ROW = 3, 0.17  # of the legend; height of a row in inches
 LEGEND = "vibroimpact curves"  # marks a legend to which later curves are added
@@ -72,7 +51,6 @@ OVER: dict[str, Any] = {  # the same over coloured planes
     "fill": False, "hatch": "////", "edgecolor": style.BLACK, "linewidth": 0.0, "zorder": 2.4,
 }  # fmt: skip
 HATCH = 0.5  # points
-TONGUE = "SN"  # kind of the sides
 
 Pair = tuple[float, float]
 Ranges = tuple[Pair, Pair]
@@ -144,9 +122,9 @@ def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
     names, units = tongue.sides[0].names, _units(tongue.sides)
     p, q = tongue.resonance
     entries = [
-        _look(TONGUE, Meaning.BIFURCATION) | {"label": f"sides of the tongue {p}/{q}"},
+        _look(SN, Meaning.BIFURCATION) | {"label": f"sides of the tongue {p}/{q}"},
         *_entries(tongue.sides, points=False)[1:],
-        _marker("WEAK") | {"label": OF_POINTS["WEAK"][1]},
+        _marker(WEAK) | {"label": WEAK.name},
     ]
     x, y = (tongue.tip.parameters[name] for name in names)
     with _axes(ax, len(entries)) as drawn_on:
@@ -157,7 +135,7 @@ def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
             drawn_on.fill(*region.T, **(OVER if plane else INSIDE))
         for side in tongue.sides:
             _curve(drawn_on, side, names, halo=kept is not None)
-        drawn_on.plot(x, y, **_marker("WEAK"))
+        drawn_on.plot(x, y, **_marker(WEAK))
         _framed(drawn_on, names, units, kept, None)
         _legend(drawn_on, entries)
         _label_tip(drawn_on, _text(tongue.tip), float(x), float(y))
@@ -231,19 +209,19 @@ def _curve(ax: Axes, curve: BifurcationCurve, names: Names, *, halo: bool) -> No
         across, up = _drawn(curve, names, part.values).T
         if halo:
             ax.plot(across, up, label="_", **HALO)
-        ax.plot(across, up, dash_capstyle="butt", **_look(curve.kind, part.meaning))
+        ax.plot(across, up, dash_capstyle="butt", **_look(curve.record, part.meaning))
 
 
-def _look(kind: str, meaning: Meaning) -> dict[str, Any]:
+def _look(kind: PointKind, meaning: Meaning) -> dict[str, Any]:
     """Line of a kind of curve; bifurcations lie above the others."""
-    return {"color": COLOURS[kind], "zorder": 3.0 - 0.1 * meaning} | LOOKS[meaning]
+    return {"color": look_of(kind).colour, "zorder": 3.0 - 0.1 * meaning} | LINES[meaning]
 
 
-def _marker(kind: str) -> dict[str, Any]:
-    """Marker of a point: black for strong ones, white where the orbit touches or curves cross."""
-    weak, filled = kind == "WEAK", kind not in OPEN
+def _marker(kind: PointKind) -> dict[str, Any]:
+    """Marker of a point: black where it is one of maps, white where the orbit touches or curves cross."""
+    weak, filled = kind == WEAK, bool(kind.critical)
     return {
-        "linestyle": "none", "marker": OF_POINTS[kind][0], "zorder": 4,
+        "linestyle": "none", "marker": look_of(kind).marker, "zorder": 4,
         "markersize": 2.6 if weak else 4.8 if filled else 4.5,
         "markerfacecolor": style.BLACK if filled else "white",
         "markeredgecolor": "white" if filled else style.BLACK,
@@ -255,17 +233,17 @@ def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], names: Names) 
     """Mark the points, one where several curves pass, and label them, the most important first."""
     labels = Labels(ax)
     span = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())])
-    seen: list[tuple[str, Floats]] = []
+    seen: list[tuple[PointKind, Floats]] = []
     every = [(curve, point) for curve in curves for point in curve.special_points]
     for curve, point in sorted(every, key=lambda pair: _rank(pair[1])):
         values = np.array([[point.parameters[name] for name in curve.names]])
         at = _drawn(curve, names, values)[0]
-        if any(k == point.kind and np.all(np.abs(at - b) < SAME * span) for k, b in seen):
+        if any(k == point.record and np.all(np.abs(at - b) < SAME * span) for k, b in seen):
             continue
-        seen.append((point.kind, at))
-        ax.plot(*at, **_marker(point.kind))
-        if point.kind == "WEAK":
-            labels.add(_text(point), at[0], at[1], style.BLACK, size=WEAK, led=False)
+        seen.append((point.record, at))
+        ax.plot(*at, **_marker(point.record))
+        if point.record == WEAK:
+            labels.add(_text(point), at[0], at[1], style.BLACK, size=SMALL, led=False)
         else:
             labels.add(_text(point), at[0], at[1], style.BLACK)
     labels.place()
@@ -280,32 +258,30 @@ def _label_tip(ax: Axes, text: str, x: float, y: float) -> None:
         labels.place()
 
 
-def _rank(point: CodimensionTwoPoint) -> int:
+def _rank(point: BifurcationPoint) -> int:
     """Zero, or of a weak resonance p/q its q: the longer the period, the weaker."""
-    return point.resonance[1] if point.kind == "WEAK" and point.resonance else 0
+    return point.resonance[1] if point.record == WEAK and point.resonance else 0
 
 
-def _text(point: CodimensionTwoPoint) -> str:
+def _text(point: BifurcationPoint) -> str:
     """Label of a point, with its number as a subscript; of a weak resonance only the fraction."""
     word, _, number = point.label.partition("_")
-    return word if point.kind == "WEAK" else f"{word}$_{{{number}}}$"
+    return word if point.record == WEAK else f"{word}$_{{{number}}}$"
 
 
 def _entries(curves: Sequence[BifurcationCurve], *, points: bool) -> list[dict[str, Any]]:
     """Looks of the legend with their words."""
-    kinds = {curve.kind for curve in curves}
     found = [
-        _look(kind, Meaning.BIFURCATION) | {"label": OF_CURVES[kind]}
-        for kind in COLOURS
-        if kind in kinds
+        _look(kind, Meaning.BIFURCATION) | {"label": kind.name}
+        for kind in in_order(curve.record for curve in curves)
     ]
     meanings = {part.meaning for curve in curves for part in stretches(curve)}
     for meaning, words in WORDS.items():
         if meaning in meanings:
-            found.append({"color": style.BLACK} | LOOKS[meaning] | {"label": words})
-    marked = {point.kind for curve in curves for point in curve.special_points if points}
-    words_of = {words: kind for kind, (_, words) in OF_POINTS.items() if kind in marked}
-    found += [_marker(kind) | {"label": words} for words, kind in words_of.items()]
+            found.append({"color": style.BLACK} | LINES[meaning] | {"label": words})
+    marked = in_order(point.record for curve in curves for point in curve.special_points if points)
+    by_name = {kind.name: kind for kind in marked}
+    found += [_marker(kind) | {"label": name} for name, kind in by_name.items()]
     return found
 
 

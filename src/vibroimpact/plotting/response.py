@@ -13,8 +13,9 @@ from vibroimpact._core.checks import check_choice, check_flag, check_kind, refus
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.units import Units, units_of
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.plotting import style
-from vibroimpact.plotting.branch_looks import KINDS, band_label, marker_of
+from vibroimpact.plotting.branch_looks import band_label, marker_of
 from vibroimpact.plotting.branches import LINES, WORDS
 from vibroimpact.response.compare import COMPARISONS, comparison, decibels
 from vibroimpact.response.curves import ResponseCurve
@@ -171,12 +172,15 @@ def _runs(mask: Any) -> list[tuple[int, int]]:
 
 
 def _marks(ax: Axes, response: Response, axes: _Axes) -> None:
-    known: set[str] = set()
-    for mark in (mark for curve in response.curves for mark in curve.marks if mark.admissible):
-        label = KINDS[mark.kind] if mark.kind not in known else None
-        known.add(mark.kind)
-        looks = marker_of(mark.kind) | {"markersize": 3.4, "zorder": 5}
-        ax.plot([mark.parameter * axes.over], axes.y([mark.value]), label=label, **looks)
+    known: set[PointKind] = set()
+    for curve in response.curves:
+        for point, value in zip(curve.special_points, curve.special_values, strict=True):
+            if not point.admissible:
+                continue
+            label = point.record.name if point.record not in known else None
+            known.add(point.record)
+            looks = marker_of(point.record) | {"markersize": 3.4, "zorder": 5}
+            ax.plot([point.parameter * axes.over], axes.y([value]), label=label, **looks)
 
 
 def _limits(ax: Axes, response: Response, axes: _Axes, others: list[Floats]) -> None:

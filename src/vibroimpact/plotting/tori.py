@@ -89,7 +89,7 @@ def plot_circle_branch(branch: CircleBranch, *, ax: Axes | None = None) -> Axes:
             line = "-" if stable[i : i + 2].all() else "--"
             ax.plot(values[i : i + 2], rhos[i : i + 2], color=style.BLUE, linestyle=line)
         for point in branch.special_points:
-            rho = point.circle.rotation_number
+            rho = point.orbit.rotation_number
             ax.plot(point.parameter, rho, "o", color=style.VERMILION, markersize=4)
             labels.add(point.label, point.parameter, rho, style.VERMILION)
         units = units_of(branch.circles[0].subject)

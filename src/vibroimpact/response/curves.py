@@ -15,12 +15,16 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.labels import numbered
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.branches.branch import Branch, BranchProfile, Stability, profile
+from vibroimpact.branches.grazing import TEST
+from vibroimpact.branches.kinds import GR
+from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.continuation import LocatedPoint
 from vibroimpact.measures.linear import FreeMotion, free_motion
 from vibroimpact.measures.measure import Measure
 from vibroimpact.measures.motions import Motion
@@ -33,16 +37,6 @@ from vibroimpact.response.answers import Answer
 STEEP = 1e-13  # of the range: a zero of the derivative is located so well
 TOUCHED = 1e-14  # relative: a zero of the gap
 ON_CURVE, ARRIVING = 1e-3, 1e-4  # of all values: a simulated motion on an orbit, or nearly so
-
-
-class Mark(NamedTuple):
-    """A special point on a curve: label and kind, parameter, value, whether it is admissible."""
-
-    label: str
-    kind: str
-    parameter: float
-    value: float
-    admissible: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +55,10 @@ class ResponseCurve:
     stability
         Of the stretch from each point to the next, shape (m - 1,): 0 stable, 1 unstable, 2 not
         admissible.
-    marks
-        Special points: :class:`Mark`.
+    special_points
+        :class:`~vibroimpact.BifurcationPoint` of the branch; of the motion without impacts those at which it grazes.
+    special_values
+        Value of the measure at each.
     branch
         The branch of orbits; None of the motion without impacts.
     """
@@ -73,7 +69,8 @@ class ResponseCurve:
     value: Floats = field(repr=False)
     derivative: Floats = field(repr=False)
     stability: Integers = field(repr=False)
-    marks: tuple[Mark, ...]
+    special_points: tuple[BifurcationPoint, ...]
+    special_values: Floats = field(repr=False)
     branch: Branch | None = field(repr=False)
     measure: Measure = field(repr=False)
     motion_near: Callable[[int, float], Motion | None] = field(repr=False)
@@ -205,16 +202,12 @@ def curve_of_branch(branch: Branch, measure: Measure) -> ResponseCurve:
         )
         along.append(measure.along(point, name) if point.converged else (math.nan, math.nan))
     values, slopes = (np.array(part) for part in zip(*along, strict=True))
-    marks = tuple(
-        Mark(found.label, found.kind, found.parameter, float(values[k]), found.admissible)
-        for k, found in (
-            (k, branch.special_points[s]) for k, s in enumerate(points.special) if s >= 0
-        )
-    )
+    at = np.flatnonzero(points.special >= 0)
+    special = tuple(branch.special_points[points.special[k]] for k in at)
 
     return ResponseCurve(
-        branch.symbol, name, points.parameter, values, slopes, points.stability, marks, branch,
-        measure, OnBranch(points, branch),
+        branch.symbol, name, points.parameter, values, slopes, points.stability, special, values[at],
+        branch, measure, OnBranch(points, branch),
     )  # fmt: skip
 
 
@@ -273,7 +266,8 @@ def curve_without_impacts(
     first = motion(float(values[0]))
     if isinstance(first, str):
         return first
-    touches = _touches(gap, values)
+    grazes = _touches(gap, values)
+    touches = [graze.parameter for graze in grazes]
     p = np.unique(np.append(values, touches))
     along, least, settles = [], np.empty(len(p)), np.empty(len(p), dtype=bool)
     for k, value in enumerate(p.tolist()):
@@ -288,19 +282,23 @@ def curve_without_impacts(
     y, slopes = (np.array(part) for part in zip(*along, strict=True))
     open_ = least[:-1] + least[1:] > 0.0
     kinds = np.where(settles[:-1] & settles[1:], Stability.STABLE, Stability.UNSTABLE)
-    marks = tuple(
-        Mark(f"GR{i + 1}", "GR", float(t), float(y[np.searchsorted(p, t)]), admissible=True)
-        for i, t in enumerate(touches)
-    )
+    special = tuple(
+        BifurcationPoint(
+            record=GR, label=label, parameters={name: graze.parameter}, orbit=motion(graze.parameter), problem=None,
+            bounds=(float(values[0]), float(values[-1])), **vars(graze),
+        )
+        for graze, label in zip(grazes, numbered([GR.label] * len(grazes)), strict=True)
+    )  # fmt: skip
 
     return ResponseCurve(
         first.symbol, name, p, y, slopes,
-        np.where(open_, kinds, Stability.INADMISSIBLE).astype(np.int64), marks, None, measure, free,
+        np.where(open_, kinds, Stability.INADMISSIBLE).astype(np.int64), special,
+        y[np.searchsorted(p, touches)], None, measure, free,
     )  # fmt: skip
 
 
-def _touches(gap: Callable[[float], float], values: Floats) -> list[float]:
-    """Zeros of the least gap, also where it is crossed and comes back between two values."""
+def _touches(gap: Callable[[float], float], values: Floats) -> list[LocatedPoint]:
+    """Zeros of the least gap, also where it is crossed and comes back between two values; without unknowns."""
     from scipy.optimize import brentq, minimize_scalar
 
     p = values.tolist()
@@ -314,5 +312,9 @@ def _touches(gap: Callable[[float], float], values: Floats) -> list[float]:
     found_at = []
     for (a, low), (b, high) in itertools.pairwise(pairs):
         if low * high < 0.0 and math.isfinite(low) and math.isfinite(high):
-            found_at.append(float(brentq(gap, a, b, xtol=TOUCHED * (b - a), rtol=TOUCHED)))
+            value = float(brentq(gap, a, b, xtol=TOUCHED * (b - a), rtol=TOUCHED))
+            found_at.append(LocatedPoint(
+                test=TEST, parameter=value, z=np.empty(0), tangent=np.ones(1), arclength=value,
+                error=TOUCHED * (b - a), crossing=1 if high > 0.0 else -1,
+            ))  # fmt: skip
     return found_at

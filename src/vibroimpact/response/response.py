@@ -36,6 +36,7 @@ from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
+from vibroimpact.branches.kinds import GR, ZERO
 from vibroimpact.branches.same_orbit import loop_of, same_loop
 from vibroimpact.continuation import Steps
 from vibroimpact.continuation.walk import check_steps
@@ -344,7 +345,7 @@ def _listed(motions: list[str]) -> str:
 def _line(curve: ResponseCurve, across: float) -> str:
     kind = "without impacts" if curve.branch is None else curve.symbol
     low, high = (float(end) * across for end in (curve.parameter.min(), curve.parameter.max()))
-    labels = " ".join(mark.label for mark in curve.marks) or "no special point"
+    labels = " ".join(point.label for point in curve.special_points) or "no special point"
     return f"{kind}, {low:.6g} to {high:.6g}; {labels}"
 
 
@@ -607,16 +608,16 @@ class _Search:
         """Orbits that begin where the motion without impacts touches a rigid stop."""
         if not self.curves or self.curves[0].branch is not None:
             return
-        touches = [mark.parameter for mark in self.curves[0].marks]
+        touches = [point.parameter for point in self.curves[0].special_points]
         yield from (orbit for value in touches if (orbit := self._touching(value)) is not None)
 
     def _touching(self, value: float) -> Orbit | None:
         """The orbit with an impact of no speed at a graze, where it is isolated and new."""
         near = TOUCH * (self.band.high - self.band.low)
         if any(
-            mark.kind in ("ZERO", "GR") and abs(mark.parameter - value) <= near
+            point.record in (ZERO, GR) and abs(point.parameter - value) <= near
             for curve in self.curves[1:]
-            for mark in curve.marks
+            for point in curve.special_points
         ):
             return None
         system = with_parameter(self.simulation.system, self.simulation.parameter, value)

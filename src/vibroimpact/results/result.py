@@ -29,9 +29,12 @@ def along(*dims: str, **attrs: str) -> dict[str, Any]:
     return {DIMS: dims, ATTRS: attrs}
 
 
-def rows(dim: str) -> dict[str, Any]:
-    """Metadata of a field that holds records along a dim: datasets have a column for each plain entry of theirs."""
-    return {ROWS: dim}
+def rows(dim: str, *more: str) -> dict[str, Any]:
+    """Metadata of a field that holds records along a dim.
+
+    Datasets have a column for each plain entry of theirs, and for further attributes by their names.
+    """
+    return {ROWS: (dim, *more)}
 
 
 def plotting(module: str) -> Any:
@@ -90,7 +93,7 @@ def _declared(holder: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         if DIMS in declared:
             variables |= _column(one.name, declared[DIMS], value, dict(declared[ATTRS]))
         elif ROWS in declared:
-            variables |= _table(declared[ROWS], value)
+            variables |= _table(value, *declared[ROWS])
         elif MERGED in declared:
             more, about = _declared(value)
             variables, attrs = more | variables, about | attrs
@@ -112,13 +115,13 @@ def complex_columns(name: str, dims: tuple[str, ...], array: Complexes) -> dict[
     return {f"{name}_real": (dims, array.real), f"{name}_imaginary": (dims, array.imag)}
 
 
-def _table(dim: str, records: Sequence[Any]) -> dict[str, Any]:
-    """Columns of records: of the entries that are numbers or words in all of them."""
+def _table(records: Sequence[Any], dim: str, *more: str) -> dict[str, Any]:
+    """Columns of records: of the entries, and further attributes, that are numbers or words in all of them."""
     if not records:
         return {}
     names = getattr(records[0], "_fields", None) or [one.name for one in fields(records[0])]
     found: dict[str, Any] = {}
-    for name in names:
+    for name in (*names, *more):
         values = [getattr(one, name) for one in records]
         held = [value for value in values if value is not None]
         if held and all(isinstance(value, str) for value in held):

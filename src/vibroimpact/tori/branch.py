@@ -2,65 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Flags, Floats
+from vibroimpact.branches.kinds import NS, PD, SN
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.curve import End
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.results.result import Result, rows
 from vibroimpact.tori.circle import Circle
-from vibroimpact.tori.normal import Bundle
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MEANINGS = {
-    "SN": "fold: two circles meet",
-    "PD": "torus doubling",
-    "NS": "second Neimark-Sacker: a three-frequency torus may be born",
-    "GR": "grazing: a stop is touched between the impacts",
+
+def _of_circles(kind: PointKind, meaning: str) -> PointKind:
+    """Kind of special point of a family of circles: of a normal multiplier where that of orbits is of a multiplier."""
+    return replace(kind, meaning=meaning, normal_form=None, begins=None, in_half_map=None)
+
+
+BREAKING = _of_circles(PD, "symmetry breaking: two circles that are mirror images are born")
+OF_CIRCLES = {
+    1.0: _of_circles(SN, "fold: two circles meet"),
+    -1.0: _of_circles(PD, "torus doubling"),
+    None: _of_circles(NS, "second Neimark-Sacker: a three-frequency torus may be born"),
 }
-BREAKING = "symmetry breaking: two circles that are mirror images are born"
-
-
-@dataclass(frozen=True, eq=False)
-class CircleEvent:
-    """A bifurcation or a grazing along a family of circles.
-
-    Attributes
-    ----------
-    kind
-        "SN" (a normal multiplier 1: fold of circles), "PD" (-1, or modulus 1 of a one-sided
-        direction: the torus doubles), "NS" (a pair of modulus 1), "GR" (least clearance 0).
-    label
-        Kind and number along the family.
-    name, parameter
-        The parameter's name, and its value there.
-    error
-        Change of ``parameter`` in the last step of the search.
-    circle
-        The circle there.
-    """
-
-    kind: str
-    label: str
-    name: str
-    parameter: float
-    error: float
-    circle: Circle = field(repr=False)
-
-    @property
-    def meaning(self) -> str:
-        """Meaning in words."""
-        mirrored = self.circle.symmetric and Bundle.NEGATIVE in self.circle.bundles
-        return BREAKING if self.kind == "PD" and mirrored else MEANINGS[self.kind]
-
-    def __repr__(self) -> str:
-        real = "" if self.circle.admissible or self.kind == "GR" else ", not admissible"
-        return f"{self.label} at {self.name} = {self.parameter:.9g}: {self.meaning}{real}"
+"""Kinds by the normal multiplier that is critical, -1 also for one of modulus 1 of a one-sided direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +47,7 @@ class CircleBranch(Result):
     circles
         Every :class:`Circle`, in order along the family.
     special_points
-        :class:`CircleEvent` in order along the family.
+        :class:`~vibroimpact.BifurcationPoint` in order along the family, whose ``orbit`` is the circle there.
     ends
         :class:`End` before the first and after the last circle.
     start
@@ -86,14 +57,14 @@ class CircleBranch(Result):
     parameter: str
     bounds: tuple[float, float]
     circles: tuple[Circle, ...] = field(repr=False)
-    special_points: tuple[CircleEvent, ...] = field(metadata=rows("special"))
+    special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     ends: tuple[End, End]
     start: int
 
     def __len__(self) -> int:
         return len(self.circles)
 
-    def __getitem__(self, label: str) -> CircleEvent:
+    def __getitem__(self, label: str) -> BifurcationPoint:
         return labelled(self.special_points, label)
 
     @property

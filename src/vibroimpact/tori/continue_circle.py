@@ -35,12 +35,15 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.labels import numbered
 from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact.branches.kinds import GR
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.curve import End, Stopped
 from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
+from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.problem import asymmetry
-from vibroimpact.tori.branch import CircleBranch, CircleEvent
+from vibroimpact.tori.branch import BREAKING, OF_CIRCLES, CircleBranch
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.find import circle_of
 from vibroimpact.tori.fourier import resampled
@@ -248,7 +251,7 @@ class _Walked:
     """Circles, events and the end in one direction."""
 
     circles: list[Circle]
-    events: list[CircleEvent]
+    events: list[BifurcationPoint]
     end: End
 
 
@@ -370,7 +373,7 @@ def _ended(family: _Family, last: Circle, why: str) -> End:
 # ---- events --------------------------------------------------------------------------------------
 
 
-def _events(family: _Family, before: Circle, after: Circle) -> list[CircleEvent]:
+def _events(family: _Family, before: Circle, after: Circle) -> list[BifurcationPoint]:
     """Events (3) between two neighbours, in order along the family."""
     found = []
     one, other = (int((c.normal_exponents > 0.0).sum()) for c in (before, after))
@@ -382,20 +385,29 @@ def _events(family: _Family, before: Circle, after: Circle) -> list[CircleEvent]
             values = circle.normal_exponents
             return float(values[i : i + 2].mean() if pair else values[i])
 
-        share, circle, error = _located(family, before, after, exponent)
-        kind = "NS" if pair else _kind(circle.bundles[i])
-        found.append((share, kind, circle, error))
+        located = _located(family, before, after, exponent)
+        found.append((_kind(located[1], None if pair else i), other - one, located))
     if before.clearance_to_grazing * after.clearance_to_grazing < 0.0:
+        opened = after.clearance_to_grazing > 0.0
         located = _located(family, before, after, lambda c: c.clearance_to_grazing)
-        found.append((located[0], "GR", *located[1:]))
+        found.append((GR, 1 if opened else -1, located))
     return [
-        CircleEvent(kind, kind, family.parameter, circle.value, error, circle)
-        for _, kind, circle, error in sorted(found, key=lambda item: item[0])
-    ]
+        BifurcationPoint(
+            record=kind, label=kind.label, parameters={family.parameter: circle.value}, orbit=circle,
+            problem=family.map, bounds=family.bounds, test="clearance" if kind == GR else "normal exponent",
+            parameter=circle.value, z=circle.points.ravel(), tangent=np.empty(0), arclength=share, error=error,
+            crossing=1 if crossing > 0 else -1,
+        )
+        for kind, crossing, (share, circle, error) in sorted(found, key=lambda item: item[2][0])
+    ]  # fmt: skip
 
 
-def _kind(bundle: Bundle) -> str:
-    return {Bundle.POSITIVE: "SN", Bundle.PAIR: "NS"}.get(bundle, "PD")
+def _kind(circle: Circle, number: int | None) -> PointKind:
+    """Kind where a normal exponent vanishes, or those of a pair."""
+    bundle = Bundle.PAIR if number is None else circle.bundles[number]
+    kind = OF_CIRCLES[{Bundle.POSITIVE: 1.0, Bundle.PAIR: None}.get(bundle, -1.0)]
+    mirrored = circle.symmetric and Bundle.NEGATIVE in circle.bundles
+    return BREAKING if kind == BREAKING and mirrored else kind
 
 
 def _located(

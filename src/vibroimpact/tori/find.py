@@ -19,7 +19,9 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import BifurcationPoint
+from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.branches.kinds import NS
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.compile.prescribed import check_rigid
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.state import State
@@ -312,7 +314,7 @@ def _of_system(
 
 def _from_point(system: System, point: BifurcationPoint) -> Started:
     """Guess from the normal form of a Neimark-Sacker point."""
-    if point.kind != "NS":
+    if point.record != NS or not isinstance(point.problem, OrbitFamily):
         raise refusal("start", point, "a Neimark-Sacker point", 'Take branch["NS1"].')
     signature, form = point.orbit.signature, point.normal_form
     if isinstance(form, Refusal) or not isinstance(form, NeimarkSacker):

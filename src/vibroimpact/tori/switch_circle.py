@@ -22,7 +22,8 @@ from dataclasses import replace
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_kind, positive, refusal, share
-from vibroimpact.tori.branch import CircleEvent
+from vibroimpact.branches.kinds import PD
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.find import circle_of, of_second_iterate, oriented, second_iterate
 from vibroimpact.tori.fourier import at_phases, phases, resampled
@@ -32,7 +33,7 @@ CRITICAL = 1e-3  # a leading exponent this near to 0 is that of the event
 
 
 def switch_circle(
-    event: CircleEvent,
+    event: BifurcationPoint,
     *,
     amplitude: float = 0.05,
     tolerance: float = TOLERANCE,
@@ -77,13 +78,13 @@ def switch_circle(
     >>> bool(np.allclose(doubled.points[:, 2]**2, doubled.value - 1.0))  # z^2 = p - 1
     True
     """
-    check_kind("event", event, CircleEvent, "a CircleEvent, as a family has them")
-    if event.kind != "PD":
+    check_kind("event", event, BifurcationPoint, "a special point of a family of circles")
+    circle = event.orbit
+    if event.record != PD or not isinstance(circle, Circle):
         raise refusal("event", event, "a torus doubling", 'Take family["PD1"].')
     distance = share("amplitude", amplitude)
     tolerance = positive("tolerance", tolerance)
     check_count("most_nodes", most_nodes, FEWEST_NODES)
-    circle = event.circle
     if abs(circle.normal_exponents[0]) > CRITICAL:
         status = "the critical direction is not the leading one: the circle was unstable before"
         return circle_of(circle.map, circle.trial, np.inf, status)

@@ -14,8 +14,9 @@ import xarray as xr
 
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.simulation.simulator import Simulator
-from vibroimpact.tori.branch import CircleBranch, CircleEvent
+from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.continue_circle import continue_circle
 from vibroimpact.tori.find import find_circle
@@ -125,7 +126,7 @@ def locked_at(chosen: ParameterSet, omega: float) -> tuple[int, int] | None:
     return (min(p := steps.pop(), q - p), q) if len(steps) == 1 else None
 
 
-def circle_fold(chosen: ParameterSet, critical: float, side: int) -> CircleEvent | None:
+def circle_fold(chosen: ParameterSet, critical: float, side: int) -> BifurcationPoint | None:
     """Return the fold in which circles born at a Neimark-Sacker point end, if they do nearby."""
     reach = critical * BORN
     low, high = critical - 80.0 * reach, critical + 80.0 * reach

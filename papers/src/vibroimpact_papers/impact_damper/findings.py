@@ -8,8 +8,8 @@ from pathlib import Path
 
 import xarray as xr
 
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.plotting.page import Block, Picture
-from vibroimpact.tori.branch import CircleEvent
 from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.circles import Measured
 from vibroimpact_papers.impact_damper.families import Family
@@ -40,7 +40,7 @@ class Findings:
     families: Mapping[str, Family] = field(default_factory=dict)
     unfolded: tuple[Unfolded, ...] = ()
     spectra: tuple[xr.Dataset, ...] = ()
-    circle_folds: Mapping[str, CircleEvent] = field(default_factory=dict)
+    circle_folds: Mapping[str, BifurcationPoint] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.normal_forms import CodimensionTwo
 from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper.judged import (
@@ -49,7 +49,7 @@ def near_resonance(claim: Claim, evidence: Evidence) -> RuleResult:
     )
 
 
-def _where(true: list[CodimensionTwoPoint], found: Resonances) -> str:
+def _where(true: list[BifurcationPoint], found: Resonances) -> str:
     low, high = found.angles
     if true:
         return "true point" + ("s" if len(true) > 1 else "") + " at (ω, δ) = " + listed(
@@ -88,7 +88,7 @@ def born_at_resonance(claim: Claim, evidence: Evidence) -> RuleResult:
 
 def _quarter_points(
     found: Mapping[str, Resonances],
-) -> list[tuple[str, CodimensionTwoPoint, CodimensionTwo]]:
+) -> list[tuple[str, BifurcationPoint, CodimensionTwo]]:
     """Return every 1:4 of the half map with its set and its normal form."""
     quarter = ((name, p) for name, one in found.items() for p in one.strong if p.kind == "R4")
     every = ((name, p, p.normal_form) for name, p in quarter)

@@ -33,10 +33,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.normal_forms import CentreManifold, Multilinear, NeimarkSacker
+from vibroimpact.normal_forms import CentreManifold, Multilinear, NeimarkSacker, normal_form
 from vibroimpact.normal_forms.centre_manifold import centre_manifold
 from vibroimpact.normal_forms.forms import jacobian
-from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
 from vibroimpact.orbits.maps import SegmentMap, full_map, half_map
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 
@@ -158,8 +157,8 @@ def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
     """Return the normal form at one Neimark-Sacker point. Cost: some 0.1 s."""
     orbit = bifurcation.orbit
     half, full = half_map(orbit, "omega"), full_map(orbit)
-    form = neimark_sacker(half)
-    assert isinstance(form, NeimarkSacker), form.reason
+    form = normal_form("NS", half)
+    assert isinstance(form, NeimarkSacker), form
     printed = appendix(full)
     return CriticalPoint(
         set=name,
@@ -174,8 +173,8 @@ def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
 
 def appendix(forms: SegmentMap) -> Appendix:
     """Return the coefficients (1) of a map at a Neimark-Sacker point."""
-    form, paper = neimark_sacker(forms, parameter=False), centre_manifold(forms)
-    assert isinstance(form, NeimarkSacker), form.reason
+    form, paper = normal_form("NS", forms, parameter=False), centre_manifold(forms)
+    assert isinstance(form, NeimarkSacker), form
     assert isinstance(paper, CentreManifold), paper.reason
     at, q, bar, H = Multilinear(forms), form.q, form.q.conj(), paper.H
     inverse = np.linalg.inv(H)

@@ -18,10 +18,11 @@ from matplotlib.path import Path
 
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.tongue import Tongue, tongue
 from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Steps
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.files import dataset_of, result_of
@@ -76,7 +77,7 @@ class Resonances:
         return tuple(c for c in self.curves if c.kind == "NS")
 
     @cached_property
-    def strong(self) -> tuple[CodimensionTwoPoint, ...]:
+    def strong(self) -> tuple[BifurcationPoint, ...]:
         """Return the strong resonances of the half map, on Neimark-Sacker curves."""
         found = (p for c in self.torus for p in c.special_points if p.kind in ANGLES)
         return tuple(sorted(found, key=lambda p: (p.kind, *p.parameters.values())))
@@ -87,12 +88,12 @@ class Resonances:
         every = np.concatenate([360.0 * c.angle[~c.neutral] for c in self.torus])
         return float(np.nanmin(every)), float(np.nanmax(every))
 
-    def named(self, kind: str, omega: float) -> CodimensionTwoPoint | None:
+    def named(self, kind: str, omega: float) -> BifurcationPoint | None:
         """Return the strong resonance of a kind that is nearest to a frequency."""
         of_kind = [p for p in self.strong if p.kind == kind]
         return min(of_kind, key=lambda p: abs(p.parameters["omega"] - omega), default=None)
 
-    def other_tips(self, one: Tongue) -> list[CodimensionTwoPoint]:
+    def other_tips(self, one: Tongue) -> list[BifurcationPoint]:
         """Return the weak resonances other than the tip that a side of a tongue meets."""
         return other_tips(one, self.curves, self.bounds)
 
@@ -130,7 +131,7 @@ class Distance:
     omega: float
     half_clearance: float
     angle: float
-    nearest: CodimensionTwoPoint | None
+    nearest: BifurcationPoint | None
     by_angle: tuple[str, float]
 
     @property
@@ -164,7 +165,7 @@ def _tongues(
     wanted: Sequence[tuple[int, int]],
 ) -> Iterator[Tongue]:  # fmt: skip
     """Follow the tongue of every weak resonance that is wanted, one with two tips from the first."""
-    done: set[CodimensionTwoPoint] = set()
+    done: set[BifurcationPoint] = set()
     for point in _weak(curves):
         if point.resonance in wanted and point not in done:
             found = tongue(point, steps=SIDES)
@@ -173,14 +174,14 @@ def _tongues(
                 yield found
 
 
-def _weak(curves: Iterable[BifurcationCurve]) -> Iterator[CodimensionTwoPoint]:
+def _weak(curves: Iterable[BifurcationCurve]) -> Iterator[BifurcationPoint]:
     """Yield the weak resonances on Neimark-Sacker curves."""
     yield from (p for c in curves if c.kind == "NS" for p in c.special_points if p.kind == "WEAK")
 
 
 def other_tips(
     one: Tongue, curves: Sequence[BifurcationCurve], bounds: tuple[Bounds, Bounds]
-) -> list[CodimensionTwoPoint]:
+) -> list[BifurcationPoint]:
     """Return the weak resonances of the same angle, but the tip, that a side meets.
 
     It may end there, or go on as a side of the tongue that begins there.
@@ -188,7 +189,7 @@ def other_tips(
     spans = np.ptp(np.array(bounds), axis=1)
     passed = np.concatenate([side.values for side in one.sides])
 
-    def met(point: CodimensionTwoPoint) -> bool:
+    def met(point: BifurcationPoint) -> bool:
         at = np.array([point.parameters[name] for name in AXES])
         return bool((np.abs(passed - at) < MET * spans).all(axis=1).any())
 
@@ -262,7 +263,7 @@ def _distance(found: Resonances, chosen: ParameterSet, what: str, omega: float) 
     angle = half_angle(orbit_at(chosen, omega, own))
     here = np.array([omega, own])
 
-    def away(p: CodimensionTwoPoint) -> float:
+    def away(p: BifurcationPoint) -> float:
         at = np.array([p.parameters[name] for name in AXES])
         return float(np.linalg.norm((at - here) / here))
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vibroimpact.bifurcations.curve import CodimensionTwoPoint
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.normal_forms import Refusal
 from vibroimpact.plotting.page import Block, Cell, Table, Text
 from vibroimpact.tori.circle import Circle
@@ -96,7 +96,7 @@ def _tongues(one: Resonances, wanted: Sequence[tuple[int, int]]) -> list[str]:
     return [*said, f"No tongue {missing} begins in this plane."] if missing else said
 
 
-def _name(p: CodimensionTwoPoint) -> str:
+def _name(p: BifurcationPoint) -> str:
     return f"1:{p.kind[1:]}"
 
 
@@ -119,7 +119,7 @@ def _points(found: Findings) -> Table:
     return Table(head, rows, caption=caption, stacked=True)
 
 
-def coefficient(p: CodimensionTwoPoint) -> tuple[str, str]:
+def coefficient(p: BifurcationPoint) -> tuple[str, str]:
     """Return the invariant coefficient of a strong resonance, and its modulus."""
     form = p.normal_form
     if p.kind == "R1" and not isinstance(form, Refusal):

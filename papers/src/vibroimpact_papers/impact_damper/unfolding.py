@@ -16,8 +16,9 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.switch_curve import switch_curve
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Steps
 from vibroimpact.normal_forms import CodimensionTwo
 from vibroimpact.orbits.find import find_orbit
@@ -75,13 +76,13 @@ class Unfolded:
     """
 
     set: str
-    point: CodimensionTwoPoint
+    point: BifurcationPoint
     flow: Flow
     sectors: tuple[Sector, ...]
     born: tuple[Floats, ...] = field(repr=False)
 
 
-def unfolded(chosen: ParameterSet, point: CodimensionTwoPoint) -> Unfolded:
+def unfolded(chosen: ParameterSet, point: BifurcationPoint) -> Unfolded:
     """Return the portraits around a point. Cost: some seconds."""
     form = point.normal_form
     assert isinstance(form, CodimensionTwo)

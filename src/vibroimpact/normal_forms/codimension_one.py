@@ -1,4 +1,4 @@
-"""Common entry to all normal forms of codimension one."""
+"""Bifurcations of maps of codimension one: their table, and the common entry to their normal forms."""
 
 from __future__ import annotations
 
@@ -10,7 +10,49 @@ from vibroimpact.normal_forms.branch_point import branch_point
 from vibroimpact.normal_forms.critical import NormalForm, Refusal
 from vibroimpact.normal_forms.flip_fold import flip, fold
 from vibroimpact.normal_forms.forms import Forms, check_forms, jacobian
+from vibroimpact.normal_forms.kind import PointKind, by_label
 from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
+
+
+def _branch_point(kind: PointKind, forms: Forms, *, parameter: bool = True) -> NormalForm | Refusal:
+    """Flip of a half map (multiplier -1), or branch point of any other map (multiplier +1)."""
+    if _nearer_to_flip(forms):
+        return flip(BREAKING, forms, parameter=parameter)
+    if parameter:
+        return branch_point(kind, forms)
+    raise InvalidParameterError(
+        "parameter = False: the branches at multiplier +1 are curves in the parameter. "
+        "Give forms that take its direction."
+    )
+
+
+def _nearer_to_flip(forms: Forms) -> bool:
+    """Whether the multiplier nearest to +1 or -1 is nearer to -1."""
+    A = jacobian(forms)
+    if not np.all(np.isfinite(A)):
+        return True  # refused there
+    nus = np.linalg.eigvals(A)
+    return bool(np.min(np.abs(nus + 1.0)) < np.min(np.abs(nus - 1.0)))
+
+
+SN = PointKind("SN", "fold", "fold: two orbits meet", critical=(1.0,), test="SN", normal_form=fold)
+BREAKING = PointKind(
+    "BP", "symmetry breaking", "symmetry breaking: two mirror images are born", critical=(-1.0,),
+    normal_form=_branch_point,
+)  # fmt: skip
+BP = PointKind(
+    "BP", "branch point", "branch point: two branches cross", critical=(1.0,), test="BP",
+    normal_form=_branch_point, in_half_map=BREAKING,
+)  # fmt: skip
+PD = PointKind(
+    "PD", "period doubling", "period doubling", critical=(-1.0,), test="flip", normal_form=flip,
+    in_half_map=BREAKING,
+)  # fmt: skip
+NS = PointKind(
+    "NS", "Neimark-Sacker", "Neimark-Sacker: a circle is born", critical=(None,), test="torus",
+    normal_form=neimark_sacker,
+)  # fmt: skip
+ONE = by_label((SN, PD, NS, BP))
 
 
 def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalForm | Refusal:
@@ -56,25 +98,6 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
     """
     check_forms(forms)
     check_flag("parameter", parameter)
-    check_choice("kind", kind, ("NS", "PD", "SN", "BP"))
-    if kind == "NS":
-        return neimark_sacker(forms, parameter=parameter)
-    if kind == "PD" or (kind == "BP" and _nearer_to_flip(forms)):
-        return flip(forms, kind=kind, parameter=parameter)
-    if kind == "SN":
-        return fold(forms, parameter=parameter)
-    if parameter:
-        return branch_point(forms)
-    raise InvalidParameterError(
-        "parameter = False: the branches at multiplier +1 are curves in the parameter. "
-        "Give forms that take its direction."
-    )
-
-
-def _nearer_to_flip(forms: Forms) -> bool:
-    """Whether the multiplier nearest to +1 or -1 is nearer to -1."""
-    A = jacobian(forms)
-    if not np.all(np.isfinite(A)):
-        return True  # refused there
-    nus = np.linalg.eigvals(A)
-    return bool(np.min(np.abs(nus + 1.0)) < np.min(np.abs(nus - 1.0)))
+    check_choice("kind", kind, ONE)
+    found: NormalForm | Refusal = ONE[kind].normal_form(ONE[kind], forms, parameter=parameter)  # type: ignore[misc]
+    return found

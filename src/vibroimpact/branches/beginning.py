@@ -1,0 +1,226 @@
+"""Starts of the other branches of orbits through a special point.
+
+Method      PD      the doubled sequence, twice the cycles: a branch point of its equations
+            BP      of a symmetric orbit: the full sequence without the symmetry; of another orbit
+                    the same sequence. Both are branch points of those equations
+            GR      the sequence with the touched stop inserted where it is touched, at speed zero:
+                    an ordinary point of its equations, since flight times are unknowns       (1)
+            ZERO    the sequence without the impact whose speed vanishes: ordinary as well    (2)
+            In (1) the orbits that leave towards a positive closing speed are followed, in (2) both
+            sides.
+            GR, ZERO, SIM, STICK of an element: the motion a little beyond, on either side, from the
+            orbit's state: where it has another sequence that closes nearly, Newton's method starts
+            there                                                                                 (3)
+Fails       ``NoBranch`` with a sentence: no start converges
+Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.types import Floats
+from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.branches.point import BifurcationPoint, NotFound
+from vibroimpact.continuation import switch
+from vibroimpact.continuation.problem import Problem
+from vibroimpact.model.parameters import with_parameter
+from vibroimpact.model.stop import Stop
+from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.closing_segment import closing_loop
+from vibroimpact.orbits.find import Guess, find_orbit, repeated, rotated, unfolded, with_mirror
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import Flight, OrbitProblem, Signature
+from vibroimpact.simulation.simulate import simulate
+
+Bounds = tuple[float, float]
+
+REGULAR = 1e-9  # least singular value, rows of length 1, of equations with a single tangent
+BEYOND = (1e-4, 1e-3, 1e-2)  # (3): steps beyond a touch, in ranges of the parameter
+TURNS = 3.5  # (3): periods simulated
+NUDGE = 1e-4  # step along a scaled tangent, to find the side on which the touching impact closes
+
+
+@dataclass(frozen=True, repr=False)
+class NoBranch(NotFound):
+    """Reason why no branch was found at a special point."""
+
+
+class BranchStart(NamedTuple):
+    """Solution on the other branch and the direction to follow."""
+
+    family: OrbitFamily
+    z: Floats
+    parameter: float
+    tangent: Floats
+    both: bool
+
+
+def _packed(point: BifurcationPoint, signature: Signature, segments: Guess) -> Floats:
+    """Unknowns of a signature's equations from states and flight times."""
+    problem = OrbitProblem(point.orbit.system, signature, "")
+    count = len(problem.impacts)
+    return problem.packed(segments.states[:count], segments.durations[:count])
+
+
+def _family(
+    point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds
+) -> tuple[OrbitFamily, Floats]:
+    """Equations of a signature, and the unknowns of a guess in them."""
+    z = _packed(point, signature, guess)
+    span = bounds[1] - bounds[0]
+    events = point.problem.events
+    return OrbitFamily.around(point.orbit.system, signature, point.name, z, span, events), z
+
+
+def _through(
+    point: BifurcationPoint, signature: Signature, guess: Guess, along: Guess, bounds: Bounds
+) -> BranchStart | NoBranch:
+    """Start on the other branch of a branch point; ``along`` is the known tangent."""
+    family, z = _family(point, signature, guess, bounds)
+    tangent = np.append(_packed(point, signature, along), point.tangent[-1])
+    found = switch(family, z, point.parameter, tangent, bounds)
+    if not found.found:
+        return NoBranch(point, found.status)
+    return BranchStart(family, found.z, found.parameter, found.tangent, both=True)
+
+
+def _tangent_of(point: BifurcationPoint) -> Guess:
+    """Tangent of the branch as changes of states and flight times of all segments."""
+    problem = point.orbit.problem
+    half = Guess(*problem.unpacked(point.tangent[:-1]))
+    return with_mirror(half, 0.0) if point.orbit.symmetric else half
+
+
+def doubled(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+    """Start on the branch of the orbits of twice the period."""
+    once = point.orbit.signature
+    twice = once.repeated(2)
+    guess = repeated(unfolded(point.orbit), once.cycles, 2)
+    return _through(point, twice, guess, repeated(_tangent_of(point), 0, 2), bounds)
+
+
+def branching(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+    """Start on the branch that crosses, of orbits without the symmetry."""
+    signature = replace(point.orbit.signature, symmetric=False)
+    return _through(point, signature, unfolded(point.orbit), _tangent_of(point), bounds)
+
+
+def grown(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+    """Start (1) on the branch of the orbits with an impact more."""
+    assert point.nearest is not None
+    start = _ordinary(point, *with_touch(point.orbit, point.nearest), bounds)
+    return start if isinstance(start, NoBranch) else _closing(start, point.nearest.segment)
+
+
+def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+    """Start (3) on the branch of the orbits with an event more, or fewer."""
+    known, name, why = point.orbit.signature, point.name, set()
+    for step in BEYOND:
+        for p in (point.parameter + step * (bounds[1] - bounds[0]) * sign for sign in (1.0, -1.0)):
+            if not bounds[0] < p < bounds[1]:
+                continue
+            system = with_parameter(point.orbit.system, name, p)
+            run = simulate(system, point.orbit.state, t_max=TURNS * point.orbit.period)
+            loop = closing_loop(run, None, known.cycles)
+            if isinstance(loop, str):
+                why.add(loop)
+                continue
+            found = find_orbit(system, run, cycles=known.cycles)
+            if not found.converged or sorted(found.signature.impacts) == sorted(known.impacts):
+                continue
+            z = found.problem.packed(found.states, found.durations)
+            span = bounds[1] - bounds[0]
+            family = OrbitFamily.around(
+                system, found.signature, name, z, span, point.problem.events
+            )
+            tangent = single_tangent(family, z, p)
+            if tangent is not None:
+                return BranchStart(family, z, p, tangent, both=True)
+    none = "no orbit with another sequence was found next to it"
+    return NoBranch(point, "; ".join([none, *sorted(why)]))
+
+
+def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
+    """Orbit (1) with an impact more, of speed zero, at the end of the flight that touches a stop."""
+    half, k, mode = orbit.states, touch.segment, orbit.problem.modes[touch.segment]
+    inside = orbit.problem.compiled(orbit.parameter_value).after(half[k], touch.time, mode)
+    guess = Guess(np.insert(half, k + 1, inside, axis=0), np.insert(orbit.durations, k, touch.time))
+    guess.durations[k + 1] -= touch.time
+    impacts = list(orbit.signature.impacts[: len(half)])
+    impacts.insert(k + 1, Stop(touch.contact, touch.side))
+    flights = list(orbit.signature.flights)
+    if flights:
+        flights.insert(k, Flight(mode))
+    return _with_mirror(orbit.signature, impacts, flights), guess
+
+
+def without_impact(orbit: Orbit, segment: int) -> tuple[Signature, Guess, Nearest] | None:
+    """Orbit (2) without the impact of speed zero that ends a segment, and the touch left of it.
+
+    None where it is the only impact.
+    """
+    if len(orbit.durations) == 1:
+        return None
+    lost = (segment + 1) % len(orbit.durations)
+    turned = rotated(orbit, 1) if lost == 0 else orbit
+    lost = lost or len(turned.durations) - 1
+    durations = turned.durations.copy()
+    time = float(durations[lost - 1])
+    durations[lost - 1] += durations[lost]
+    guess = Guess(np.delete(turned.states, lost, axis=0), np.delete(durations, lost))
+    impacts = list(turned.signature.impacts[: len(durations)])
+    touched = impacts.pop(lost)
+    flights = list(turned.signature.flights)
+    if flights:
+        del flights[lost - 1]
+    touch = Nearest(0.0, touched.contact, touched.side, lost - 1, time)
+    return _with_mirror(turned.signature, impacts, flights), guess, touch
+
+
+def _with_mirror(like: Signature, impacts: list[Stop], flights: list[Flight]) -> Signature:
+    """Signature with these solved impacts, symmetric if the other one is."""
+    mirrored = [stop.opposite for stop in impacts] if like.symmetric else []
+    return replace(like, impacts=(*impacts, *mirrored), flights=tuple(flights))
+
+
+def _ordinary(
+    point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds
+) -> BranchStart | NoBranch:
+    """Start at an ordinary point of a signature's equations, in both directions."""
+    family, z = _family(point, signature, guess, bounds)
+    tangent = single_tangent(family, z, point.parameter)
+    if tangent is None:
+        count = len(signature.impacts)
+        return NoBranch(point, f"the equations with {count} impacts have no single tangent there")
+    return BranchStart(family, z, point.parameter, tangent, both=True)
+
+
+def _closing(start: BranchStart, k: int) -> BranchStart:
+    """Direction of (1) only: towards a positive closing speed of impact k."""
+    there = start.z + NUDGE * start.tangent[:-1]
+    rate = start.family.linearised(there, start.parameter).rate[k]
+    forward = np.copysign(1.0, start.family.impacts[k][1] * rate)
+    return start._replace(tangent=forward * start.tangent, both=False)
+
+
+def single_tangent(problem: Problem, z: Floats, p: float) -> Floats | None:
+    """Tangent of the curve through a regular point; None where there are several."""
+    sizes = problem.scale()
+    by_z, by_p = problem.jacobian(z, p)
+    matrix = np.column_stack([by_z, by_p]) * sizes
+    if not np.all(np.isfinite(matrix)):
+        return None
+    _, values, rows = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=1)[:, None])
+    return rows[-1] * sizes if values[-1] > REGULAR else None
+
+
+def shrunk(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+    """Start (2) on the branch of the orbits with an impact fewer."""
+    found = without_impact(point.orbit, point.segment)
+    if found is None:
+        return NoBranch(point, "without its only impact the orbit has none; simulate it")
+    return _ordinary(point, *found[:2], bounds)
