@@ -13,7 +13,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 
 import vibroimpact as vi
-from vibroimpact.simulation.pieces import Lines, simulate_pieces
+from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.transients.driven import driven
 
 DAMPER = vi.ImpactDamper(
@@ -148,7 +148,7 @@ def test_more_corners_on_a_straight_record_change_nothing(part: str) -> None:
         begin, factor * (0.1 + 0.03 * begin), np.full(300, 0.03 * factor), np.full(300, 0.1)
     )
     start = vi.State((0.0, 0.0), (0.4, 0.0))
-    one, handed = (simulate_pieces(m, start, given) for given in (lines, many))
+    one, handed = (simulate_driven(m, start, given) for given in (lines, many))
     t = np.linspace(0.0, 30.0, 500)
     # 300 hand-overs of some units in the last place each
     assert handed.at(t)[0] == pytest.approx(one.at(t)[0], abs=1e-12)

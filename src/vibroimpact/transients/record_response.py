@@ -33,7 +33,7 @@ from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.pieces import Lines, simulate_pieces
+from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
 from vibroimpact.transients.driven import driven, unforced
 from vibroimpact.transients.force_record import ForceRecord
@@ -384,4 +384,4 @@ def simulate_record(
         )
     lines = Lines(begin, factor * value, factor * slope, length)
     wide = State((*start.position, 0.0), (*start.velocity, 0.0), start.phase)
-    return RecordResponse(system, record, simulate_pieces(wider, wide, lines), m, factor, row)
+    return RecordResponse(system, record, simulate_driven(wider, wide, lines), m, factor, row)
