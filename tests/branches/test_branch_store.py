@@ -23,7 +23,7 @@ OSCILLATOR = vi.Mechanism(
     damping=((0.1,),),
     stiffness=((1.0,),),
     forces=(vi.Harmonic(0.8, (1.0,)),),
-    contacts=(vi.Contact((1.0,), upper=0.5, restitution=0.7),),
+    elements=(vi.RigidStop((1.0,), upper=0.5, restitution=0.7),),
     contact_names=("wall",),
 )
 
@@ -32,7 +32,7 @@ def oscillator(k: float, wall: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=((1.0,),), damping=((0.1,),), stiffness=((k,),),
         forces=(vi.Harmonic(0.8, (1.0,)),),
-        contacts=(vi.Contact((1.0,), upper=wall, restitution=0.7),),
+        elements=(vi.RigidStop((1.0,), upper=wall, restitution=0.7),),
     )  # fmt: skip
 
 
@@ -142,7 +142,7 @@ def test_a_branch_without_special_points_is_stored(tmp_path: Path) -> None:
     assert repr(load_branch(tmp_path / "plain.nc")) == repr(branch)
 
 
-@pytest.mark.parametrize("parameter", ["omega", "contacts[0].restitution"])
+@pytest.mark.parametrize("parameter", ["omega", "elements[0].restitution"])
 def test_a_branch_of_a_mechanism_is_stored_with_its_numbers(tmp_path: Path, parameter: str) -> None:
     value = 0.8 if parameter == "omega" else 0.7
     orbit = settled(OSCILLATOR)
@@ -165,7 +165,7 @@ def test_systems_survive_as_text() -> None:
         mass=((1.0, 0.1), (0.1, 1.0 / 3.0)), damping=((0.1, 0.0), (0.0, 0.2)),
         stiffness=((2.0, -1.0), (-1.0, 1.0)), constant_force=(0.0, -0.1),
         forces=(vi.Harmonic(1.0, (1.0, 0.0), (0.0, 0.5)), vi.Harmonic(2.0, (0.0, 0.1))),
-        contacts=(vi.Contact((1.0, 0.0), lower=-math.pi, restitution=(0.5, 0.25)),),
+        elements=(vi.RigidStop((1.0, 0.0), lower=-math.pi, restitution=(0.5, 0.25)),),
     )  # fmt: skip
     assert repr(system_of(text_of(two))) == repr(two)
     assert "Infinity" not in text_of(two)

@@ -161,7 +161,7 @@ mass = [[1.0]]
 damping = [[0.0]]
 stiffness = [[0.0]]
 constant_force = [-9.8]
-contacts = [{ row = [1.0], lower = 0.0, restitution = [0.5, 0.5] }]
+elements = [{ kind = "rigid_stop", row = [1.0], lower = 0.0, restitution = [0.5, 0.5] }]
 [start]
 position = [1.0]
 velocity = [0.0]
@@ -434,7 +434,7 @@ def test_a_mistake_in_an_element_is_named_with_its_table_and_key(
         (DAMPER + "[colour]\n", r"must hold one of \[damper\], \[physical\], \[mechanism\]"),
         ("", "holds nothing; must hold one of"),
         ("[damper\n", "is not valid TOML"),
-        (MECHANISM.replace("lower", "upper_"), r"contacts\]\]: upper_: .*mean upper"),
+        (MECHANISM.replace("lower", "upper_"), r"elements\]\]: upper_: .*mean upper"),
         (MECHANISM.replace("[[1.0]]", "[[-1.0]]"), "mass: must be positive definite"),
         (DAMPER.replace("[0.0, 0.0]", "[9.0, 0.0]"), "behind the lower stop"),
     ],

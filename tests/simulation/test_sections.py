@@ -28,7 +28,7 @@ def bouncing_ball(restitution=0.5):
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
         forces=(vi.Harmonic(1.0, (2.0,)),),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=restitution),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=restitution),),
         constant_force=(-1.0,),
     )  # fmt: skip
 
@@ -104,7 +104,7 @@ def test_a_motion_that_stops_impacting_leaves_the_points_it_had():
     # A pendulum-like oscillator that touches its stop only at first.
     damped = vi.Mechanism(
         mass=[[1.0]], damping=[[0.4]], stiffness=[[1.0]],
-        contacts=(vi.Contact((1.0,), lower=-0.5, restitution=0.9),),
+        elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=0.9),),
     )  # fmt: skip
     section = impact_section(damped, vi.State((2.0,), (0.0,)), points=100, settle=0, stop="B")
     assert 1 <= len(section) < 100
@@ -139,7 +139,7 @@ def oscillator(omega, stop):
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
         forces=(vi.Harmonic(omega, (0.5,)),),
-        contacts=(vi.Contact((1.0,), upper=stop, restitution=0.8),),
+        elements=(vi.RigidStop((1.0,), upper=stop, restitution=0.8),),
     )  # fmt: skip
 
 
@@ -230,7 +230,7 @@ def test_misuse_of_a_stroboscopic_section_is_named(keywords, words):
 def test_without_forcing_there_is_no_phase_to_look_at():
     free = vi.Mechanism(
         mass=[[1.0]], damping=[[0.4]], stiffness=[[1.0]],
-        contacts=(vi.Contact((1.0,), lower=-0.5, restitution=0.9),),
+        elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=0.9),),
     )  # fmt: skip
     with pytest.raises(vi.InvalidParameterError, match="no forcing"):
         vi.stroboscopic_section(free, vi.State((2.0,), (0.0,)))

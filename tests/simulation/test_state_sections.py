@@ -47,7 +47,9 @@ def test_without_a_state_every_change_is_a_point():
 
 def test_events_of_other_elements_are_no_points():
     beside = vi.SoftStop((1.0,), lower=-0.05, upper=0.1, stiffness=2.0)
-    machine = replace(belt(forces=(vi.Harmonic(1.3, (0.2,)),)), elements=(*belt().elements, beside))
+    machine = replace(
+        belt(forces=(vi.Harmonic(1.3, (0.2,)),)), elements=(*belt().switching, beside)
+    )
     both = vi.state_section(machine, REST, points=40, settle=5)
     run = vi.simulate(machine, REST, t_max=400.0)
     states = run.all_states[:, 0]

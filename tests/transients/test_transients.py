@@ -26,7 +26,7 @@ FRAME = vi.ImpactDamper.from_physical(
 
 LARGEST = vi.Mechanism(
     mass=np.eye(20), damping=np.eye(20), stiffness=np.eye(20),
-    contacts=(vi.Contact((1.0,) * 20, upper=1.0),),
+    elements=(vi.RigidStop((1.0,) * 20, upper=1.0),),
 )  # fmt: skip
 
 
@@ -177,7 +177,7 @@ def test_records_in_si_units_give_si_responses() -> None:
     m1, m2, k, c = 120.0, 6.0, 303e3, 242.0
     plain = vi.Mechanism(
         mass=[[m1, 0.0], [0.0, m2]], damping=[[c, 0.0], [0.0, 0.0]], stiffness=[[k, 0.0], [0.0, 0.0]],
-        contacts=(vi.Contact((-1.0, 1.0), -0.003, 0.003, 0.5),),
+        elements=(vi.RigidStop((-1.0, 1.0), -0.003, 0.003, 0.5),),
     )  # fmt: skip
     scaled, si = (vi.simulate_record(one, record, after=0.5) for one in (FRAME, plain))
     assert scaled.impact_times == pytest.approx(si.impact_times, abs=1e-9)
@@ -418,7 +418,7 @@ def test_decays_that_end_in_other_ways_are_results(machine: Any, start: dict[str
         assert decay.impacts == 0
         assert decay.time == decay.time_without or decay.time == pytest.approx(decay.time_without)
         assert math.isinf(decay.time) == (machine.zeta == 0.0)
-    elif machine.contacts:
+    elif machine.rigid_stops:
         assert decay.resting == (0,)  # chatter, then rest
         assert decay.energies.end == pytest.approx(0.0, abs=1e-12)
     else:  # each half cycle takes 2 kinetic from the amplitude, which is below 10 % at last

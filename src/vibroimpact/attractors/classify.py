@@ -44,7 +44,6 @@ from vibroimpact.attractors.windows import (
     sampler_of,
     without_stops,
 )
-from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -280,7 +279,7 @@ def _check_section(system: System, contact: int, stop: StopName, at_phase: float
     mechanism = mechanism_of(system)
     check_change(system, contact, None, "contact")
     if at_phase is None:
-        if isinstance(mechanism.numbered[contact], STOP_KINDS):
+        if mechanism.elements[contact].is_stop:
             check_stop(system, contact, stop)
         return
     real("at_phase", at_phase)
@@ -411,7 +410,7 @@ def rest_on_stops(system: System, position: Floats) -> list[str]:
 
 def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """Name of every stop, and the mask of the positions (k, n) that lie on it."""
-    contacts = mechanism_of(system).contacts
+    contacts = mechanism_of(system).rigid_stops
     for number, law in enumerate(contacts):
         row = np.array(law.row)
         u, size = position @ row, np.abs(position) @ np.abs(row)

@@ -18,7 +18,6 @@ import numpy as np
 from vibroimpact._core.types import Complexes
 from vibroimpact.attractors.point_sets import InvariantSet, Kind
 from vibroimpact.attractors.windows import Window
-from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.sections import Scale, Section
 from vibroimpact.simulation.simulate import RunEnd, Status, events_for, flight_limit_of, phases_of
@@ -92,7 +91,7 @@ def orbit_symbol(kind: OrbitType | None, shape: InvariantSet, window: Window) ->
     if kind is None:
         return ""
     first, last = loop_of(shape, window)
-    contacts = range(len(mechanism_of(window.section.system).numbered))
+    contacts = range(len(mechanism_of(window.section.system).elements))
     return symbol_word(kind.n_periods, [_counts(window.part, first, last, c) for c in contacts])
 
 
@@ -125,8 +124,7 @@ def _of_impacts(
     first, last = loop_of(shape, window)
     if not np.all(np.isin(part.status[first : last + 1], (Status.IMPACT, Status.ENGAGE))):
         return None
-    stop = mechanism.numbered[section.contact]
-    assert not isinstance(stop, PhaseSwitch)  # a section is at a stop
+    stop = mechanism.elements[section.contact]
     row = np.array(stop.row)[None, :]
     n, lines = len(row[0]), len(mechanism.forces)
     basis = np.zeros((2 * n + lines, 2 * n + lines - 1))

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from vibroimpact._core import linear
 from vibroimpact._core.checks import check_choice, check_count, check_kind, vector
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.elements.rigid_stop import RigidStop
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -140,13 +141,13 @@ def carried(
     on_stop
         Whether the state is on that stop; otherwise it is moved only if it lies behind one.
     """
-    law = mechanism.numbered[contact]
-    if not isinstance(law, Contact):  # a soft stop keeps no position out
+    if not mechanism.elements[contact].rigid:  # a soft stop keeps no position out
         return state
+    law = mechanism.rigid_stops[contact]
     u = float(np.dot(law.row, state.position)) - _moved(mechanism, law, state.phase)
     target = _nearest(law, u)
     if on_stop:
-        target = Stop.at(stop, contact).limit(mechanism.contacts)
+        target = Stop.at(stop, contact).limit(mechanism.rigid_stops)
     if abs(target - u) <= _rounding(law, state):
         return state
     lift = np.array(linear.solve_definite(mechanism.mass, [[x] for x in law.row]))[:, 0]
@@ -154,17 +155,17 @@ def carried(
     return State(tuple(np.add(state.position, shift)), state.velocity, state.phase)
 
 
-def _moved(mechanism: Mechanism, law: Contact, phase: float) -> float:
+def _moved(mechanism: Mechanism, law: RigidStop, phase: float) -> float:
     """How far the stops have moved at this phase of the first line."""
     angles = [(line, phase * (line.omega / mechanism.omega)) for line in law.motion]
     return sum(line.sine[0] * math.sin(a) + line.cosine[0] * math.cos(a) for line, a in angles)
 
 
-def _nearest(law: Contact, u: float) -> float:
+def _nearest(law: RigidStop, u: float) -> float:
     return min(max(u, law.lower), law.upper)
 
 
-def _rounding(law: Contact, state: State) -> float:
+def _rounding(law: RigidStop, state: State) -> float:
     """Bound the rounding of row . position: one ulp of each product and of the stop."""
     terms = sum(abs(r * x) for r, x in zip(law.row, state.position, strict=True))
     limits = sum(abs(x) for x in (law.lower, law.upper) if math.isfinite(x))

@@ -12,8 +12,6 @@ from typing import Any, Protocol
 
 from vibroimpact._core.progress import Announcement
 from vibroimpact.attractors.point_sets import FEWEST_POINTS
-from vibroimpact.model.elements import Friction
-from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.stop import StopName
 from vibroimpact.simulation.lyapunov import LyapunovEstimate, exponent_from
 from vibroimpact.simulation.sections import (
@@ -169,7 +167,7 @@ def sampler_of(motion: Simulator, contact: int, stop: StopName, at_phase: float 
     """
     if at_phase is not None:
         return AtPhase(motion, at_phase)
-    if isinstance(motion.compiled.mechanism.numbered[contact], STOP_KINDS):
+    if motion.compiled.mechanism.elements[contact].is_stop:
         return AtStop(motion, contact, stop)
     return without_stops(motion, contact)
 
@@ -182,7 +180,7 @@ def without_stops(motion: Simulator, element: int) -> Sampler:
     mechanism = motion.compiled.mechanism
     if mechanism.forces:
         return AtPhase(motion)
-    if isinstance(mechanism.numbered[element], STOP_KINDS):
-        rubs = [i for i, part in enumerate(mechanism.numbered) if isinstance(part, Friction)]
+    if mechanism.elements[element].is_stop:
+        rubs = [i for i, part in enumerate(mechanism.elements) if part.slipping]
         element = (*rubs, element)[0]
     return AtChange(motion, element)

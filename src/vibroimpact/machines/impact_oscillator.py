@@ -28,8 +28,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.units import Scales, of_quantity
+from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
 SCALED = "It is 1: time is scaled. Give SI values to ImpactOscillator.from_physical."
@@ -180,13 +181,13 @@ class ImpactOscillator(Machine):
     @property
     def mechanism(self) -> Mechanism:
         """The oscillator as a mass, a spring, a dashpot and a contact."""
-        stops = Contact((1.0,), -self._below, self.clearance, self.restitution)
+        stops = RigidStop((1.0,), -self._below, self.clearance, self.restitution)
         return Mechanism(
             mass=[[1.0]],
             damping=[[2.0 * self.zeta]],
             stiffness=[[1.0]],
             forces=(Harmonic(self.omega, (0.0,), (self.force,)),),
-            contacts=(stops,),
+            elements=(stops,),
         )
 
     def free_start(self) -> State:

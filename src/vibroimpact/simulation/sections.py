@@ -20,7 +20,7 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, kind_of
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -341,7 +341,7 @@ def stroboscopic_section(
     size = 8 * (4 * mechanism.degrees + 8)
     check_memory("points", points, size, "Take fewer, then continue from the last state.")
     if not mechanism.forces:
-        stops = any(isinstance(one, STOP_KINDS) for one in mechanism.numbered)
+        stops = any(one.is_stop for one in mechanism.elements)
         raise InvalidParameterError(
             "system: has no forcing, so that no phase repeats. Take "
             + ("vi.impact_section, or " if stops else "")
@@ -444,16 +444,16 @@ def last_of(motion: Simulator, position: Floats, velocity: Floats, phase: Floats
 
 def check_stop(system: System, contact: Any, stop: StopName) -> None:
     """Refuse a stop that the system does not have: those of contacts, and soft ones."""
-    contacts = mechanism_of(system).numbered
+    contacts = mechanism_of(system).elements
     if not contacts:
         raise InvalidParameterError(
             "system: has no stop, so no section at impacts. Take vi.stroboscopic_section."
         )
     check_number("contact", contact, len(contacts))
     check_stop_name(stop)
-    if not isinstance(contacts[contact], STOP_KINDS):
-        stops = [str(i) for i, one in enumerate(contacts) if isinstance(one, STOP_KINDS)]
-        kind = kind_of(contacts[contact]).replace("_", " ")
+    if not contacts[contact].is_stop:
+        stops = [str(i) for i, one in enumerate(contacts) if one.is_stop]
+        kind = contacts[contact].kind.replace("_", " ")
         ways = [*stops, f"vi.state_section(..., element={contact}), where it changes its state"]
         if mechanism_of(system).forces:
             ways.append("vi.stroboscopic_section")

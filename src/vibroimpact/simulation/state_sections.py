@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_count, refusal
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes
-from vibroimpact.model.mechanism import Mechanism, element_labels, kinds_of_states
+from vibroimpact.model.mechanism import element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.sections import (
@@ -154,11 +154,12 @@ def state_section(
 def check_change(system: System, element: Any, takes: Any, name: str = "element") -> IntEnum | None:
     """Refuse an element that the system does not have, or a state that it does not take."""
     mechanism = mechanism_of(system)
-    kinds = kinds_of_states(mechanism)
-    check_number(name, element, len(kinds), "Numbers are those of results: rigid stops first.")
+    check_number(
+        name, element, len(mechanism.elements), "Numbers are those of results: rigid stops first."
+    )
     if takes is None:
         return None
-    found = _states(mechanism, element)
+    found = mechanism.elements[element].states
     if isinstance(takes, str):
         takes = {one.name.lower(): one for one in found}.get(takes.lower(), takes)
     if not any(takes is one for one in found):
@@ -169,12 +170,6 @@ def check_change(system: System, element: Any, takes: Any, name: str = "element"
         )
     chosen: IntEnum = takes
     return chosen
-
-
-def _states(mechanism: Mechanism, element: int) -> list[IntEnum]:
-    """The states that an element can have."""
-    own = getattr(mechanism.numbered[element], "states", None)
-    return list(own if own is not None else kinds_of_states(mechanism)[element])
 
 
 def take_changes(

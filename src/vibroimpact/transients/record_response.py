@@ -246,7 +246,7 @@ class RecordResponse:
     @property
     def largest_impulse(self) -> float:
         """Largest impulse of an impact at a rigid stop; 0 without any."""
-        return self.measure("impulse") if self._m.contacts else 0.0
+        return self.measure("impulse") if self._m.rigid_stops else 0.0
 
     # ---- as a dataset, as a picture --------------------------------------------------------------
 

@@ -37,7 +37,8 @@ from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Progress
 from vibroimpact._core.types import Flags, Floats, Integers
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.elements.rigid_stop import RigidStop
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.transients.force_record import ForceRecord, Pieces
 from vibroimpact.transients.record_response import RecordResponse, simulate_record
 
@@ -221,7 +222,7 @@ def response_spectrum(
         moved, shaken = _linear(record, omega, ratio)
         hits, impulse, done = nothing.astype(np.int64), nothing, np.ones(given.size, dtype=bool)
     else:
-        stop = Contact((1.0,), -lower, upper, fraction("restitution", restitution))
+        stop = RigidStop((1.0,), -lower, upper, fraction("restitution", restitution))
         bar = Progress(1, quiet=not progress)
         try:
             found = [
@@ -254,9 +255,9 @@ def _clearances(upper: object, lower: object) -> tuple[float, float]:
 # ---- with stops ----------------------------------------------------------------------------------
 
 
-def _simulated(record: ForceRecord, omega: float, zeta: float, stop: Contact) -> RecordResponse:
+def _simulated(record: ForceRecord, omega: float, zeta: float, stop: RigidStop) -> RecordResponse:
     oscillator = Mechanism(
-        mass=[[1.0]], damping=[[2.0 * zeta * omega]], stiffness=[[omega * omega]], contacts=(stop,)
+        mass=[[1.0]], damping=[[2.0 * zeta * omega]], stiffness=[[omega * omega]], elements=(stop,)
     )
     plain = ForceRecord(record.time, record.values, None, record.kind)
     return simulate_record(oscillator, plain, after=CYCLE / omega)

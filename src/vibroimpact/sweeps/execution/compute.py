@@ -158,7 +158,7 @@ def _placed(work: _Work, systems: Rows, states: States, behind: Rows) -> States:
         values = {name: float(column[systems[i]]) for name, column in work.batch.values.items()}
         mechanism = mechanism_of(with_parameters(work.plan.system, values))
         state = states.state(i)
-        for contact in range(len(mechanism.contacts)):
+        for contact in range(len(mechanism.rigid_stops)):
             state = carried(mechanism, state, contact, "A", on_stop=False)
         position[i] = state.position
     return states._replace(position=position)

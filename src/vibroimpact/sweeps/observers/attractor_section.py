@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.model.mechanism import STOP_KINDS, kind_of
 from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.sections import check_stop
@@ -23,11 +22,11 @@ def section_observer(
     """
     mechanism = mechanism_of(system)
     check_change(system, contact, None, "contact")
-    if isinstance(mechanism.numbered[contact], STOP_KINDS):
+    if mechanism.elements[contact].is_stop:
         check_stop(system, contact, stop)
         return Section(points=points, contact=contact, stop=stop)
     if not mechanism.forces:
-        kind = kind_of(mechanism.numbered[contact]).replace("_", " ")
+        kind = mechanism.elements[contact].kind.replace("_", " ")
         raise InvalidParameterError(
             f"contact = {contact}: is {kind}, which has no stop, and the system has no forcing. Take "
             "a contact with a stop, or vi.classify start by start."
