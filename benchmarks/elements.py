@@ -255,7 +255,7 @@ def plane(side: int, workers: int) -> float:
     over = {"omega": np.linspace(0.5, 1.5, side), "damping[0][0]": np.linspace(0.02, 0.2, side)}
     begin = time.perf_counter()
     vi.plane(
-        MACHINES["two soft stops"](), over=over, start=vi.State((0.3,), (0.2,)), settle=250,
+        MACHINES["two soft stops"](), over=over, start=vi.State((0.3,), (0.2,)), settle_periods=250,
         periods=50, workers=workers, progress=False,
     )  # fmt: skip
     return time.perf_counter() - begin

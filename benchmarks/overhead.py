@@ -88,7 +88,7 @@ class Plane:
         """Return the dataset of the sweep."""
         return vi.sweep(
             self.damper, over=self.over, start=self.start, observe=list(self.observers),
-            settle=SETTLE, periods=PERIODS, workers=1, progress=False,
+            settle_periods=SETTLE, periods=PERIODS, workers=1, progress=False,
         )  # fmt: skip
 
     def kernel_alone(self) -> tuple[dict[str, Any], float]:

@@ -24,7 +24,7 @@ def main(out: str | None = None) -> None:
     """Follow, say where the two ways part, and draw the section."""
     diagram = vi.bifurcation_sweep(
         DAMPER, over={"omega": np.linspace(0.935, 0.965, VALUES)}, start=START, way="both",
-        settle=SETTLE, periods=60, observe="symbol",
+        settle_periods=SETTLE, periods=60, observe="symbol",
     )  # fmt: skip
     up, down = (diagram.sel(direction=way) for way in ("up", "down"))
     apart = diagram.omega.values[(up.n != down.n).values]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -23,16 +24,16 @@ START = vi.State((0.0, 0.0), (0.0, 1.0))
 ACROSS, UP, TILE = 160, 100, 1000  # machines; how many are computed and stored together
 
 
-def swept(store: Path, progress: object) -> xr.Dataset:
+def swept(store: Path, progress: bool | Callable[[vi.ProgressReport], object]) -> xr.Dataset:
     """Ask the same question again: only what is missing is computed."""
     over = {"omega": np.linspace(0.7, 1.3, ACROSS), "restitution": np.linspace(0.5, 0.95, UP)}
     return vi.plane(DAMPER, over=over, start=START, store=store, tile=TILE, progress=progress)
 
 
-def stop_half_way(done: int, total: int) -> None:
+def stop_half_way(report: vi.ProgressReport) -> None:
     """Play the user who presses Ctrl-C."""
-    print(f"first run: {done} of {total} machines")
-    if 2 * done >= total:
+    print(f"first run: {report.text}")
+    if 2 * report.done >= (report.total or 0):
         raise KeyboardInterrupt
 
 

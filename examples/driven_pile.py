@@ -39,7 +39,7 @@ def main(out: str | None = None) -> None:
     same = np.ptp(places) < 1e-9
     print(f"the ram is {-places[-1]:.9f} behind it at phase 0, the same to 1e-9: {same}")
     seen = vi.sweep(
-        PILE, over={"constant_force[0]": [PUSH]}, start=START, settle=50, periods=50,
+        PILE, over={"constant_force[0]": [PUSH]}, start=START, settle_periods=50, periods=50,
         observe="dissipation", progress=False,
     )  # fmt: skip
     work = PERIOD * float(seen.work_on_element[0, 1])

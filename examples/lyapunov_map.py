@@ -28,7 +28,9 @@ def main(out: str | None = None) -> None:
         "omega": np.linspace(1.6, 4.4, ACROSS),
         "elements[0].upper": np.linspace(-0.4, 0.4, UP),
     }
-    found = vi.plane(WALL, over=over, start=START, observe="lyapunov", settle=150, periods=80)
+    found = vi.plane(
+        WALL, over=over, start=START, observe="lyapunov", settle_periods=150, periods=80
+    )
     chaotic = float((found["lyapunov"] > 0.02).mean())
     print(f"{100.0 * chaotic:.1f}% of {ACROSS * UP} machines have an exponent above 0.02")
     ax = plot_plane(found, variable="lyapunov")

@@ -39,7 +39,7 @@ def main(out: str | None = None) -> None:
         print(fold)  # or, in the place of one that was not found, why
     folds = [fold for fold in folds if isinstance(fold, vi.BifurcationCurve)]
     over = {"omega": np.linspace(*OMEGA, ACROSS), "half_clearance": np.linspace(*CLEARANCE, UP)}
-    motions = vi.plane(DAMPER, over=over, start=START, settle=500)
+    motions = vi.plane(DAMPER, over=over, start=START, settle_periods=500)
     ax = plot_curves([torus, *folds], ax=plot_plane(motions, symbols=["1-1-1", "2-2-2", "4-4-4"]))
     if out:
         save(ax, out)

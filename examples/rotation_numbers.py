@@ -29,7 +29,9 @@ def main(out: str | None = None) -> None:
         "omega": np.linspace(0.9, 1.07, ACROSS),
         "half_clearance": np.linspace(5.5, 13.0, UP),
     }
-    plane = vi.plane(DAMPER, over=over, start=START, observe="rotation", settle=1000, periods=400)
+    plane = vi.plane(
+        DAMPER, over=over, start=START, observe="rotation", settle_periods=1000, periods=400
+    )
     turning = plane["rotation_error"].values < 1e-3
     i, j = np.nonzero(turning & (plane["period"].values > 1))
     print(f"{turning.sum()} of {ACROSS * UP} machines turn, {len(i)} of them are locked")

@@ -37,7 +37,7 @@ OSCILLATOR = {
 }  # fmt: skip
 SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.0,
       "restitution": 0.5}  # fmt: skip
-WINDOW = {"settle": 2, "periods": 2, "most_impacts": 1000, "progress": False}
+WINDOW = {"settle_periods": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
     "Atlas", "AtlasPoint", "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint",
     "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
@@ -56,14 +56,14 @@ ENUMS_AND_ERRORS = {
 LONG = {
     ("sine_sweep", "periods_per_step"), ("impact_section", "settle"), ("stroboscopic_section", "settle"),
     ("state_section", "settle"),
-    ("lyapunov_exponent", "settle"), ("lyapunov_exponent", "impacts"),
-    ("lyapunov_spectrum", "settle"), ("lyapunov_spectrum", "impacts"),
+    ("lyapunov_exponent", "settle_impacts"), ("lyapunov_exponent", "impacts"),
+    ("lyapunov_spectrum", "settle_impacts"), ("lyapunov_spectrum", "impacts"),
     ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
-    ("find_circle", "settle"), ("find_circle, formula", "settle"),
+    ("find_circle", "settle_iterates"), ("find_circle, formula", "settle_iterates"),
     ("worst_over", "points"), ("mean_over", "points"), ("optimise", "budget"),
     ("optimise", "refine"), ("pareto_front", "budget"), ("pareto_front", "refine"),
     ("frequency_response", "number"), ("frequency_response", "starts"),
-    ("frequency_response", "settle"), ("frequency_response", "periods"),
+    ("frequency_response", "settle_periods"), ("frequency_response", "periods"),
     ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
 }  # fmt: skip
 
@@ -138,14 +138,14 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), attractors=2, steps=few)
     over, two = {"omega": [1.1, 1.2]}, {"omega": [1.1, 1.2], "zeta": [0.04, 0.05]}
     axes = {"x1": [-1.0, 1.0], "v2": [0.5, 1.0]}
-    long = WINDOW | {"settle": 100, "periods": 20}
+    long = WINDOW | {"settle_periods": 100, "periods": 20}
     swept = vi.sweep(damper, over=over, start=state, observe=["symbol", "lyapunov"], **WINDOW)
     basins = vi.basins(damper, over=axes, start=state, **long)
     random = vi.RandomStarts(2, 1, {"v1": (-1.0, 1.0)}, state)
     forms = vi.ExplicitMap(lambda x, p: [p * x[0] * (1.0 - x[0])], dimension=1)
     P = vi.full_map(orbit, "omega")
     spin = vi.ExplicitMap(spinning, dimension=3)
-    circle = vi.find_circle(spin, (1.0, 0.0, 0.0), p=0.9, settle=500, points=500)
+    circle = vi.find_circle(spin, (1.0, 0.0, 0.0), p=0.9, settle_iterates=500, points=500)
     family = vi.continue_circle(circle, "p", (0.8, 1.1))
     file = folder / "branch.nc"
     vi.save_branch(branch, file)
@@ -310,12 +310,12 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             vi.classify_points,
             {
                 "points": np.zeros((64, 2)),
-                "exponent": vi.lyapunov_exponent(damper, state, impacts=2000, settle=10),
+                "exponent": vi.lyapunov_exponent(damper, state, impacts=2000, settle_impacts=10),
             },
         ),
-        "lyapunov_exponent": (vi.lyapunov_exponent, motion | {"impacts": 1024, "settle": 1}),
+        "lyapunov_exponent": (vi.lyapunov_exponent, motion | {"impacts": 1024, "settle_impacts": 1}),
         "lyapunov_spectrum": (
-            vi.lyapunov_spectrum, motion | {"impacts": 1024, "settle": 1, "count": 2}
+            vi.lyapunov_spectrum, motion | {"impacts": 1024, "settle_impacts": 1, "count": 2}
         ),
         "map_derivative": (
             vi.map_derivative, motion | {"impacts": 1, "t_max": 100.0, "directions": np.eye(5)},
@@ -367,11 +367,11 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "find_circle": (
             vi.find_circle,
             {"subject": damper, "start": state, "p": None, "impacts": None, "cycles": None,
-             "symmetric": None, "settle": 10, "points": 100, "tolerance": 1e-10, "most_nodes": 31},
+             "symmetric": None, "settle_iterates": 10, "points": 100, "tolerance": 1e-10, "most_nodes": 31},
         ),
         "find_circle, formula": (
             vi.find_circle,
-            {"subject": spin, "start": (1.0, 0.0, 0.0), "p": 0.9, "settle": 500, "points": 500},
+            {"subject": spin, "start": (1.0, 0.0, 0.0), "p": 0.9, "settle_iterates": 500, "points": 500},
         ),
         "CircleGuess": (
             lambda points, rotation_number: vi.find_circle(
@@ -442,7 +442,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "load_branch": (vi.load_branch, {"path": file, "system": None}),
         "sweep": (
             vi.sweep,
-            sweeping | {"over": over, "observe": "symbol", "follow": None, "settle": 2,
+            sweeping | {"over": over, "observe": "symbol", "follow": None, "settle_periods": 2,
                         "periods": 2, "most_impacts": 100, "store": None, "backend": "threads",
                         "workers": 1, "client": None, "tile": None, "progress": False},
         ),
@@ -452,7 +452,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "rerun_sweep": (
             vi.rerun_sweep,
-            {"found": swept, "system": None, "settle": 2, "workers": 1, "progress": False},
+            {"found": swept, "system": None, "settle_periods": 2, "workers": 1, "progress": False},
         ),
         "plane": (vi.plane, sweeping | WINDOW | {"over": two, "observe": ()}),
         "multistability": (
@@ -554,7 +554,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
 
 def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
     """The same of responses over a band, and of measures."""
-    few: dict[str, Any] = {"number": 2, "starts": 1, "settle": 2, "periods": 2, "most": 0}
+    few: dict[str, Any] = {"number": 2, "starts": 1, "settle_periods": 2, "periods": 2, "most": 0}
     response = vi.frequency_response(damper, "omega", (1.1, 1.2), **few, progress=False)
     closed = vi.find_orbit(damper, vi.simulate(damper, damper.free_start(), impacts=900).last)
     amplitude = vi.measure_of("x1", damper)
@@ -593,7 +593,7 @@ def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
 
 def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
     """The same of designs."""
-    few: dict[str, Any] = {"points": 2, "starts": 1, "settle": 2, "periods": 2}
+    few: dict[str, Any] = {"points": 2, "starts": 1, "settle_periods": 2, "periods": 2}
     judged = {"parameter": "omega", "band": (1.1, 1.2), "measure": "x1", "seed": 0, "unit": "",
               "spread": None, "aim": "small"} | few  # fmt: skip
     both = vi.worst_over("omega", (1.1, 1.2), **few), vi.mean_over("omega", (1.1, 1.2), **few)
@@ -924,7 +924,7 @@ def test_the_command_line_refuses_what_cannot_be_the_name_of_a_file(
         (lambda: vi.ImpactDamper(M1=1.0), "from_physical"),
         (lambda: vi.Harmonic(1.0, amplitude=1.0), "sine and cosine"),
         (lambda: vi.State((0.0,), (0.0,), theta=1.0), "State, which takes position"),
-        (lambda: vi.basins(None, over={"x1": [0], "v1": [0]}, start=None, stetle=3), "settle"),
+        (lambda: vi.basins(None, over={"x1": [0], "v1": [0]}, start=None, stetle_periods=3), "settle_periods"),
         (lambda: vi.plane(None, over={"a": [0], "b": [0]}, start=None, worker=3), "workers"),
     ],
 )  # fmt: skip

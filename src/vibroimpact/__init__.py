@@ -7,7 +7,6 @@ Names are imported when they are first used: ``import vibroimpact`` loads none o
 from __future__ import annotations
 
 import re
-import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -15,12 +14,6 @@ from typing import Any
 _STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
 _ROOMS = {name: room for room, name in re.findall(r"^from (\S+) import \(?\s*(\w+)", _STUB, re.M)}
 _MODULES = dict(re.findall(r"^(\w+) = (\w+)$", _STUB, re.M))  # public name: file
-
-_RENAMED = {  # names of 0.1, for this release
-    "Shape": "InvariantSet",
-    "follow": "sweep_attractor",
-    "sweep_again": "rerun_sweep",
-}
 
 __all__ = sorted(
     {*_ROOMS} - {*_MODULES.values()} - {"continuation", "measures", "normal_forms", "plotting"}
@@ -34,10 +27,6 @@ def __getattr__(name: str) -> Any:
     elif (original := _MODULES.get(name, name)) in _ROOMS:
         room = _ROOMS[original]
         value = vars(import_module(room)).get(original) or import_module(f"{room}.{original}")
-    elif name in _RENAMED:
-        new = _RENAMED[name]
-        warnings.warn(f"vibroimpact.{name} is now vibroimpact.{new}.", DeprecationWarning, 2)
-        return __getattr__(new)
     else:
         raise AttributeError(f"module 'vibroimpact' has no attribute {name!r}")
     globals()[name] = value

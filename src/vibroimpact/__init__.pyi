@@ -9,6 +9,7 @@ from vibroimpact._core.errors import ClusterLostError as ClusterLostError
 from vibroimpact._core.errors import InvalidParameterError as InvalidParameterError
 from vibroimpact._core.errors import StoreError as StoreError
 from vibroimpact._core.errors import VibroImpactError as VibroImpactError
+from vibroimpact._core.progress import ProgressReport as ProgressReport
 from vibroimpact.attractors.classify import Attractor as Attractor
 from vibroimpact.attractors.classify import classify as classify
 from vibroimpact.attractors.point_sets import InvariantSet as InvariantSet

@@ -417,7 +417,9 @@ def test_the_exponent_of_a_periodic_motion_is_that_of_its_multiplier():
 
 def test_two_halves_of_a_chaotic_run_agree_within_their_errors():
     damper = replace(SET_C, omega=0.41719)
-    estimates = [lyapunov_exponent(damper, PLAIN, impacts=50_000, settle=s) for s in (1000, 60_000)]
+    estimates = [
+        lyapunov_exponent(damper, PLAIN, impacts=50_000, settle_impacts=s) for s in (1000, 60_000)
+    ]
     difference = estimates[0].value - estimates[1].value
     assert abs(difference) <= 4.0 * math.hypot(*(e.error for e in estimates))
 

@@ -244,7 +244,7 @@ def test_chaos_is_told_from_the_rest_by_the_growth_of_a_tangent() -> None:
     given = members([0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 0], [0.5, 0.5, 0.5, 0.5])
     given["time"] = "start", np.full(4, 300.0)
     given["lyapunov"] = "start", np.array([0.19, 0.21, np.nan, 0.3])
-    codes = motions(given.assign_attrs(settle=250.0, periods=50.0))
+    codes = motions(given.assign_attrs(settle_periods=250.0, periods=50.0))
     words = [flags(codes)[int(code)] for code in codes]
     assert words == ["not_periodic", "chaotic", "not_periodic", "1-1-1"]
 
@@ -282,7 +282,7 @@ def against(wall: float) -> vi.Mechanism:
 def test_positions_on_a_wall_at_zero_are_rounding_and_tell_nothing_apart(wall: float) -> None:
     start = vi.State((-0.5,), (0.0,))
     assert str(vi.classify(against(wall), start).type) == "1-1-0"
-    asked: dict[str, Any] = {"settle": 400, "progress": False}
+    asked: dict[str, Any] = {"settle_periods": 400, "progress": False}
     many = vi.RandomStarts(40, 0, {"x1": (-2.0, -0.1)}, start)
     walls = vi.Family(against, wall=wall)
     found = vi.multistability(walls, over={"wall": [wall]}, start=many, **asked)

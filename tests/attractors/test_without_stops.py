@@ -106,7 +106,7 @@ def test_a_pile_that_is_driven_is_periodic_with_the_progress_that_a_sweep_observ
     found = vi.classify(ram(), PAIR, at_phase=0.0, **FEW)
     assert found.label == "1-1-0 periodic, advancing"
     seen = vi.sweep(
-        ram(), over={"damping[0][0]": [0.2]}, start=PAIR, settle=100, periods=50,
+        ram(), over={"damping[0][0]": [0.2]}, start=PAIR, settle_periods=100, periods=50,
         observe="progress", progress=False,
     )  # fmt: skip
     assert np.allclose(found.progress, seen.x_progress.values[0], rtol=1e-9)

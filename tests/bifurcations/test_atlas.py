@@ -55,7 +55,7 @@ def test_a_search_that_stops_at_its_greatest_number_says_so() -> None:
 
 
 def test_an_interrupted_search_keeps_its_curves() -> None:
-    def stop(_curves: int, _last: str) -> None:
+    def stop(_: vi.ProgressReport) -> None:
         raise KeyboardInterrupt
 
     orbit = vi.symmetric_orbits(DAMPER)[0]

@@ -177,8 +177,8 @@ def test_a_point_that_is_not_on_a_curve_is_refused() -> None:
 
 
 def test_an_interrupted_curve_keeps_its_part() -> None:
-    def stop(points: int, _parameter: float) -> None:
-        if points > 20:
+    def stop(report: vi.ProgressReport) -> None:
+        if report.done > 20:
             raise KeyboardInterrupt
 
     found = vi.continue_bifurcation(

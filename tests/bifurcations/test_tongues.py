@@ -108,7 +108,7 @@ def test_motion_is_locked_inside_a_tongue_and_not_outside(name: str) -> None:
         replace(damper, half_clearance=clearance),
         start=vi.State((0.0, 0.0), (0.0, 1.0)),
         over={"omega": low + shares * (high - low)},
-        settle=30_000,
+        settle_periods=30_000,
         periods=400,
         progress=False,
     )

@@ -226,25 +226,25 @@ def test_progress_is_told_what_is_done() -> None:
     told: list[str] = []
     tried = branch_diagram(
         vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), attractors=2, depth=1,
-        progress=told.append,
+        progress=lambda report: told.append(report.text),
     )  # fmt: skip
     heads = [
         "branch 0, of the orbit", "branch 1, from BP1 of branch 0 (1-1-1), 0 more points to try",
         "following a motion through 2 values, up and down",
     ]  # fmt: skip
     assert [line for line in told if ": " not in line] == heads
-    panels = [line for line in told if line.startswith(f"{heads[1]}: omega = ")]
-    assert panels[0].endswith(", 12 points")
+    panels = [line for line in told if line.startswith(f"{heads[1]}: ")]
+    assert panels[0].startswith(f"{heads[1]}: 12 points, omega = ")
     assert len(panels) == len(np.unique(tried.branches[1].curve.panel))
 
 
-def after_panels(count: int) -> Callable[[str], None]:
+def after_panels(count: int) -> Callable[[vi.ProgressReport], None]:
     """A progress function that interrupts in the second branch."""
     left = count
 
-    def told(line: str) -> None:
+    def told(report: vi.ProgressReport) -> None:
         nonlocal left
-        left -= line.startswith("branch 1") and "points" in line
+        left -= report.text.startswith("branch 1") and "points" in report.text
         if not left:
             left = -1
             raise KeyboardInterrupt

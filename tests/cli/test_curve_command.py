@@ -95,15 +95,15 @@ def test_a_plane_that_was_written_lies_behind(
     expected: vi.BifurcationCurve, capsys: pytest.CaptureFixture[str]
 ) -> None:
     grid = ["--over", "omega=0.9:0.95:4", "--over", "half_clearance=4.8:5.5:3"]
-    said(["plane", CASE, *grid, "--settle", "5", "--periods", "5", "--out", "p.nc"], capsys)
+    said(["plane", CASE, *grid, "--settle-periods", "5", "--periods", "5", "--out", "p.nc"], capsys)
     out = said([*BRANCH, *NEAR, "--behind", "p.nc", "--out", "c.png"], capsys)
     assert repr(expected) in out
     assert Path("c.png").stat().st_size > 1000
 
 
 def test_the_stages_are_shown(told: Told) -> None:
-    assert "[1/2] branch" in told.shown
-    assert "[2/2] curve through NS1" in told.shown
+    assert "[1/1] branch" in told.shown
+    assert "[1/1] curve of NS" in told.shown
 
 
 def test_an_interrupted_curve_leaves_no_file(
@@ -112,7 +112,7 @@ def test_an_interrupted_curve_leaves_no_file(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
+    monkeypatch.setattr("vibroimpact._core.progress.Display.note", interrupted)
     argv = [*BRANCH, *NEAR, "--out", "c.nc"]
     assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 
@@ -139,6 +139,6 @@ def test_misuse_is_refused_with_what_is_allowed(
 
 def test_a_plane_of_other_parameters_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     grid = ["--over", "half_clearance=4.8:5.5:2", "--over", "omega=0.9:0.95:2"]
-    said(["plane", CASE, *grid, "--settle", "5", "--periods", "5", "--out", "p.nc"], capsys)
+    said(["plane", CASE, *grid, "--settle-periods", "5", "--periods", "5", "--out", "p.nc"], capsys)
     assert cli.main([*BRANCH, *NEAR, "--behind", "p.nc"]) == cli.MISUSE
     assert "need a plane of omega and half_clearance, in this order" in capsys.readouterr().err

@@ -17,11 +17,11 @@ from .test_response_command import FRAME, PHYSICAL, Page
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
-JUDGED: dict[str, Any] = {"points": 3, "starts": 1, "settle": 20.0, "periods": 5.0}
+JUDGED: dict[str, Any] = {"points": 3, "starts": 1, "settle_periods": 20.0, "periods": 5.0}
 ARGV = [
     "design", "--config", "frame.toml", "--vary", "half_clearance=0.005:0.02", "--si",
     "--over", "omega=7:9", "--unit", "Hz", "--budget", "32", "--refine", "0",
-    *(word for name, value in JUDGED.items() for word in (f"--{name}", str(value))),
+    *(word for name, value in JUDGED.items() for word in (f"--{name.replace('_', '-')}", str(value))),
 ]  # fmt: skip
 
 

@@ -25,8 +25,8 @@ OMEGA, CLEARANCE = "omega=1.1:1.2:3", "half_clearance=4,5"
 OVER = {"omega": np.linspace(1.1, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
 PLANE = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE]
 RANDOM = ["sweep", CASE, "--over", OMEGA, "--starts"]
-SHORT = ["--settle", "60", "--periods", "20"]
-WINDOW = {"settle": 60.0, "periods": 20.0, "progress": False}
+SHORT = ["--settle-periods", "60", "--periods", "20"]
+WINDOW = {"settle_periods": 60.0, "periods": 20.0, "progress": False}
 
 
 def test_the_system_is_said_with_the_ranges_of_the_grid(capsys: pytest.CaptureFixture[str]) -> None:
@@ -117,9 +117,11 @@ def test_plane_observes_what_it_draws(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE, "--starts", "3", "--vary"]
-    out = said([*argv, "v1=-1:1", "--settle", "800", "--out", "p.nc", "--out", "p.svg"], capsys)
+    out = said(
+        [*argv, "v1=-1:1", "--settle-periods", "800", "--out", "p.nc", "--out", "p.svg"], capsys
+    )
     starts = vi.RandomStarts(3, 0, {"v1": (-1.0, 1.0)}, MIDDLE)
-    expected = vi.multistability(SET_A, over=OVER, start=starts, settle=800, progress=False)
+    expected = vi.multistability(SET_A, over=OVER, start=starts, settle_periods=800, progress=False)
     xr.testing.assert_equal(opened("p.nc"), expected)
     assert "attractors met: 1 at 6 points" in out
 
@@ -196,7 +198,7 @@ def test_basins_say_how_many_starts_are_left(capsys: pytest.CaptureFixture[str])
     three = ["basins", "impact-damper/B", "--omega", "0.945"]
     argv = [*three, "--over", "x1=-6:6:4", "--over", "v1=-6:6:3"]
     out = said([*argv, "--most", "1"], capsys)
-    assert "% of the starts. Raise --settle, or --most." in out
+    assert "% of the starts. Raise --settle-periods, or --most." in out
     out = said(argv, capsys)
     assert "not matched" not in out
 
@@ -228,7 +230,7 @@ def test_a_store_resumes_and_refuses_another_sweep(capsys: pytest.CaptureFixture
     argv = ["sweep", CASE, "--over", OMEGA, *SHORT, "--store", "s.zarr"]
     assert "kept in s.zarr" in said(argv, capsys)
     assert said(argv, capsys)
-    assert cli.main([*argv, "--settle", "61"]) == cli.MISUSE
+    assert cli.main([*argv, "--settle-periods", "61"]) == cli.MISUSE
     assert "holds another sweep" in capsys.readouterr().err
 
 
@@ -279,7 +281,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
 def test_a_mistake_about_the_picture_is_found_before_the_work(
     argv: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    endless = ["--settle", "1e9", "--most-impacts", "1000000000"]
+    endless = ["--settle-periods", "1e9", "--most-impacts", "1000000000"]
     assert cli.main([*argv, *endless, "--out", "p.png", "--out", "p.nc"]) == cli.MISUSE
     assert message in capsys.readouterr().err
     assert not list(Path().iterdir())

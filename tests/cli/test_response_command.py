@@ -33,8 +33,10 @@ PHYSICAL = {
     "Omega": OMEGA, "D": 0.02, "restitution": 0.6,
 }  # fmt: skip
 FRAME = "[physical]\n" + "\n".join(f"{name} = {value!r}" for name, value in PHYSICAL.items())
-CHEAP = {"number": 4, "starts": 1, "settle": 40.0, "periods": 10.0, "most": 0}
-WORDS = [word for name, value in CHEAP.items() for word in (f"--{name}", str(value))]
+CHEAP = {"number": 4, "starts": 1, "settle_periods": 40.0, "periods": 10.0, "most": 0}
+WORDS = [
+    word for name, value in CHEAP.items() for word in (f"--{name.replace('_', '-')}", str(value))
+]
 TITLE = 'Frame <b> & "slot"'
 ARGV = [
     "response", "--config", "frame.toml", "--over", "omega=7:9", "--unit", "Hz", "--measure", "x1",

@@ -185,7 +185,7 @@ def test_along_follows_the_circle_and_shows_the_stages(capsys: pytest.CaptureFix
     argv = [*CIRCLE, "--along", "omega", "0.998", "1.02", "--out", "f.nc", "--out", "f.png"]
     assert cli.main(argv) == cli.DONE
     captured = capsys.readouterr()
-    assert "[2/2] along omega" in captured.err
+    assert "[1/1] circles" in captured.err
     expected = vi.continue_circle(vi.find_circle(SET_A, START), "omega", (0.998, 1.02))
     assert repr(expected) in captured.out
     assert "shrinks to a periodic orbit (Neimark-Sacker): omega = 1.00787" in captured.out
@@ -231,7 +231,7 @@ def test_an_interrupted_family_leaves_no_file(
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vibroimpact._core.progress.Progress.note", interrupted)
+    monkeypatch.setattr("vibroimpact._core.progress.Display.note", interrupted)
     argv = [*CIRCLE, "--along", "omega", "0.99", "1.02", "--out", "f.nc", "--out", "f.svg"]
     assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 

@@ -53,17 +53,3 @@ def test_every_import_of_the_stub_is_understood() -> None:
 def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'simulation_of'"):
         _ = vi.simulation_of
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("Shape", "InvariantSet"),
-        ("follow", "sweep_attractor"),
-        ("sweep_again", "rerun_sweep"),
-    ],
-)
-def test_a_name_of_the_last_release_leads_to_the_new_one(old: str, new: str) -> None:
-    with pytest.warns(DeprecationWarning, match=f"vibroimpact.{old} is now vibroimpact.{new}"):
-        assert getattr(vi, old) is getattr(vi, new)
-    assert old not in vi.__all__

@@ -19,7 +19,7 @@ from vibroimpact.model.parameters import with_parameters
 DAMPER = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6, half_clearance=10.0, omega=1.0
 )
-QUICK: dict[str, Any] = {"points": 5, "starts": 2, "settle": 100, "periods": 20}
+QUICK: dict[str, Any] = {"points": 5, "starts": 2, "settle_periods": 100, "periods": 20}
 OVER = vi.worst_over("omega", (0.98, 1.02), "x1", **QUICK)
 CLEARANCE = {"half_clearance": (5.0, 13.0)}
 PLANE = {"mass_ratio": [0.05, 0.1], "half_clearance": [5.0, 10.0, 15.0, 20.0]}
@@ -60,7 +60,7 @@ def best() -> vi.Design:
 
 @pytest.fixture(scope="module")
 def front() -> vi.ParetoFront:
-    over = replace(OVER, band=(0.9, 1.1), settle=60.0)
+    over = replace(OVER, band=(0.9, 1.1), settle_periods=60.0)
     both = [over, replace(over, measure="impact speed")]
     vary = {"half_clearance": (2.0, 30.0)}
     return vi.pareto_front(DAMPER, vary, both, budget=96, refine=1, progress=False)
@@ -85,7 +85,7 @@ def test_an_objective_is_the_worst_of_a_sweep_of_each_machine_alone() -> None:
                 DAMPER, mass_ratio=row[0], half_clearance=part * row[1], restitution=r
             )
             members = vi.sweep(
-                machine, over={"omega": np.linspace(0.98, 1.02, 5)}, start=judge.starts, settle=100,
+                machine, over={"omega": np.linspace(0.98, 1.02, 5)}, start=judge.starts, settle_periods=100,
                 periods=20, observe=[vi.observe.Extremes(row=(1.0, 0.0))], progress=False,
             )  # fmt: skip
             half = (members["x_largest"] - members["x_smallest"]) / 2.0
@@ -94,7 +94,9 @@ def test_an_objective_is_the_worst_of_a_sweep_of_each_machine_alone() -> None:
 
 
 def test_a_mean_is_the_trapezoidal_rule_of_the_closed_form() -> None:
-    wide = vi.mean_over("omega", (0.8, 1.2), "x1", points=9, starts=1, settle=300, periods=5)
+    wide = vi.mean_over(
+        "omega", (0.8, 1.2), "x1", points=9, starts=1, settle_periods=300, periods=5
+    )
     judge = judge_of(DAMPER, wide, ("half_clearance",))
     w = np.linspace(0.8, 1.2, 9)
     amplitude = 1.0 / np.abs(1.0 - w**2 + 0.04j * w)
@@ -125,7 +127,9 @@ def test_the_best_machine_is_not_beaten_by_brute_force(best: vi.Design) -> None:
 def test_den_hartogs_absorber_is_found() -> None:
     tuned = vi.tuned_damper(MU)
     machine = vi.Family(absorber, nu=1.1, zeta=0.3, omega=1.0)
-    over = vi.worst_over("omega", (0.75, 1.2), "x1", points=41, starts=1, settle=100, periods=2)
+    over = vi.worst_over(
+        "omega", (0.75, 1.2), "x1", points=41, starts=1, settle_periods=100, periods=2
+    )
     found = vi.optimise(
         machine, {"nu": (0.7, 1.2), "zeta": (0.05, 0.5)}, over, budget=192, refine=1,
         progress=False,
@@ -143,7 +147,7 @@ def test_den_hartogs_absorber_is_found() -> None:
 
 
 def test_the_last_machines_are_judged_with_more_members() -> None:
-    over = replace(OVER, band=(0.9, 1.1), settle=60.0)
+    over = replace(OVER, band=(0.9, 1.1), settle_periods=60.0)
     found = vi.optimise(DAMPER, CLEARANCE, over, budget=32, refine=2, progress=False)
     row = np.array([[found.values["half_clearance"]]])
     for value, points, starts, seed in ((found.own_value, 9, 4, 0), (found.verified, 17, 8, 1)):
@@ -164,7 +168,7 @@ def test_two_balls_with_unequal_clearances_are_designed_by_the_same_call() -> No
 
 
 def test_the_exact_sensitivity_is_that_of_the_worst_orbit() -> None:
-    over = replace(OVER, band=(1.0, 1.02), settle=200.0)
+    over = replace(OVER, band=(1.0, 1.02), settle_periods=200.0)
     design = vi.optimise(
         DAMPER, {"half_clearance": (9.0, 9.5), "restitution": (0.5, 0.55)}, over, budget=32,
         refine=1, progress=False,
@@ -392,7 +396,7 @@ def test_corners_whose_starts_are_all_behind_a_stop_do_not_hide_the_worst_motion
         forces=(vi.Harmonic(1.2, (1.0,)),), elements=(vi.RigidStop((1.0,), upper=0.5),),
     )  # fmt: skip
     over = vi.worst_over(
-        "omega", (1.1, 1.2), "x1", points=3, starts=1, settle=20, periods=10,
+        "omega", (1.1, 1.2), "x1", points=3, starts=1, settle_periods=20, periods=10,
         spread={"elements[0].upper": (-0.3, 0.5)},
     )  # fmt: skip
     judge = judge_of(machine, over, ("damping[0][0]",))

@@ -202,6 +202,6 @@ def test_the_exponent_of_a_stable_orbit_is_that_of_its_multipliers() -> None:
     size = np.abs(np.linalg.eigvals(vi.map_derivative(m, on_orbit, impacts=2).matrix))
     assert min(size) < 1e-12  # time is determined by the stop
     expected = math.log(max(size)) / period
-    estimate = vi.lyapunov_exponent(m, start, impacts=4096, settle=300)
+    estimate = vi.lyapunov_exponent(m, start, impacts=4096, settle_impacts=300)
     # complex multipliers turn the tangent vector: log |vector| wavers by some units in all
     assert abs(estimate.value - expected) < 4.0 / (2048 * period)

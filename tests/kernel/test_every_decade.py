@@ -353,7 +353,13 @@ def test_a_start_may_have_any_phase(phase: float) -> None:
     np.testing.assert_allclose(run.time, expected.time, rtol=1e-14)
     starts = vi.GridStarts({"x1": [1.0, 0.5]}, start)
     found = vi.sweep(
-        one(), over={}, start=starts, settle=0.0, periods=1.0, observe=["final"], progress=False
+        one(),
+        over={},
+        start=starts,
+        settle_periods=0.0,
+        periods=1.0,
+        observe=["final"],
+        progress=False,
     )
     expected = vi.simulate(one(), start, t_max=2.0 * math.pi / 1.3)
     assert found.final_position.values.ravel()[0] == expected.position[-1, 0]

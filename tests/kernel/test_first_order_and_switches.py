@@ -133,7 +133,7 @@ def test_sweeps_take_phase_switches_and_loads() -> None:
         ),
     )  # fmt: skip
     start = vi.State((0.0,), (0.5,))
-    out = vi.sweep(m, over={"stiffness[0][0]": [1.0, 1.2]}, start=start, settle=0.0, periods=3,
+    out = vi.sweep(m, over={"stiffness[0][0]": [1.0, 1.2]}, start=start, settle_periods=0.0, periods=3,
                    observe="final")  # fmt: skip
     end = vi.simulate(m, start, t_max=3.0 * math.pi).position[-1, 0]
     assert out["final_position"].values[0, 0] == end
@@ -147,7 +147,7 @@ def test_sweeps_and_exponents_take_coordinates_without_mass() -> None:
         elements=(vi.SoftStop((1.0, 0.0), upper=0.2, stiffness=5.0),),
     )  # fmt: skip
     start = vi.State((0.0, 0.0), (1.0, 0.0))
-    out = vi.sweep(m, over={"stiffness[0][0]": [1.0, 1.1]}, start=start, settle=0.0, periods=4,
+    out = vi.sweep(m, over={"stiffness[0][0]": [1.0, 1.1]}, start=start, settle_periods=0.0, periods=4,
                    observe=["final", "symbol"])  # fmt: skip
     end = vi.simulate(m, start, t_max=4.0 * 2.0 * math.pi / 1.3).position[-1]
     assert (out["final_position"].values[0] == end).all()

@@ -101,7 +101,7 @@ def test_members_of_a_sweep_have_the_bits_of_their_runs_at_any_pace() -> None:
     )  # fmt: skip
     heights = [1e-9, 1e-3, 0.1, 1.0, 1e4]
     start = vi.State((1.0,), (0.0,))
-    found = vi.sweep(m, over={}, start=vi.GridStarts({"x1": heights}, start), settle=0.0,
+    found = vi.sweep(m, over={}, start=vi.GridStarts({"x1": heights}, start), settle_periods=0.0,
                      periods=2.0, observe=["final"], most_impacts=10**6, progress=False)  # fmt: skip
     for height, place in zip(heights, found.final_position.values.ravel(), strict=True):
         run = vi.simulate(m, vi.State((height,), (0.0,)), t_max=2.0, impacts=10**6)

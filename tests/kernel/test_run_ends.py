@@ -122,7 +122,9 @@ def test_divergence_is_said_alike_everywhere() -> None:
     assert vi.lyapunov_exponent(m, away).run_end is RunEnd.DIVERGED
     assert vi.impact_section(m, away, points=10, stop="B").end is RunEnd.DIVERGED
     starts = vi.GridStarts({"x1": [0.31, 0.35, 1e300]}, away)
-    members = vi.sweep(m, over={}, start=starts, settle=10.0, periods=1000.0, progress=False)
+    members = vi.sweep(
+        m, over={}, start=starts, settle_periods=10.0, periods=1000.0, progress=False
+    )
     assert np.all(members.end == MemberStatus.DIVERGED)
     assert MotionEnd.DIVERGED in vi.find_orbits(m, starts=20).motions
 

@@ -153,7 +153,7 @@ def test_derivatives_pass_through_impacts_in_turn() -> None:
 def test_a_sweep_has_the_bits_of_the_runs_and_names_the_law() -> None:
     m = row_of([1.0, 0.8, 1.2], 0.9, stiffness=1.0)
     start = vi.State((-0.5, 0.0, 0.0), (1.0, 0.0, 0.0))
-    found = vi.sweep(m, over={"mass[0][0]": [1.0, 1.1]}, start=start, settle=0, periods=20.0,
+    found = vi.sweep(m, over={"mass[0][0]": [1.0, 1.1]}, start=start, settle_periods=0, periods=20.0,
                      observe=["final", "power", "impulse"], progress=False)  # fmt: skip
     run = vi.simulate(m, start, t_max=20.0, impacts=100_000)
     assert (run.status == vi.Status.SIMULTANEOUS).any()

@@ -272,7 +272,7 @@ def test_members_of_sweeps_end_where_runs_do(kind: str) -> None:
     }
     m = beside_a_dashpot(1e9, force=-GRAVITY, **parts[kind])
     starts = vi.ListedStarts([[1.0, 0.0], [0.5, 0.0], [0.3, 0.1]], [[0.0, 1.0]] * 3)
-    found = vi.sweep(m, over={}, start=starts, observe="final", settle=0.0, periods=10.0,
+    found = vi.sweep(m, over={}, start=starts, observe="final", settle_periods=0.0, periods=10.0,
                      progress=False)  # fmt: skip
     for k in range(3):
         state = vi.State(tuple(starts.position[k]), tuple(starts.velocity[k]))

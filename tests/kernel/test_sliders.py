@@ -46,7 +46,7 @@ def test_a_blow_drives_a_pile_into_elastoplastic_soil_by_the_closed_form() -> No
     np.testing.assert_allclose(run.last.velocity, [-level / root, 0.0], rtol=1e2 * ULPS)
     inside = np.linspace(run.time[1], run.time[2], 9)[:-1]
     np.testing.assert_allclose(run.forces(inside), [[-level, -level]] * 8, rtol=1e2 * ULPS)
-    found = vi.sweep(with_slider(mass, level, stop), over={"mass[0][0]": [mass]}, settle=0, periods=4.0,
+    found = vi.sweep(with_slider(mass, level, stop), over={"mass[0][0]": [mass]}, settle_periods=0, periods=4.0,
                      start=run.start, observe=["dissipation", "progress", "final"], progress=False)  # fmt: skip
     assert tuple(found.final_position.values[0]) == run.last.position
     np.testing.assert_allclose(found.x_progress.values[0, 1] * 4.0, set_, rtol=1e2 * ULPS)
@@ -154,7 +154,7 @@ def test_blows_of_a_shaken_ram_drive_on_by_the_balance_of_energy(offset: float) 
     start, periods = vi.State((0.0, 0.0), (0.0, 0.0)), 12
     length = periods * 2.0 * math.pi / w
     found = vi.sweep(m, over={}, start=vi.ListedStarts([start.position], [start.velocity], [0.0]),
-                     settle=0, periods=periods, progress=False,
+                     settle_periods=0, periods=periods, progress=False,
                      observe=["dissipation", "progress", "forces", "impulse", "final"])  # fmt: skip
     run = vi.simulate(m, start, t_max=length, impacts=10_000)
     assert run.last.position == tuple(found.final_position.values[0])

@@ -255,7 +255,7 @@ def everything_of(mechanism: vi.Mechanism) -> xr.Dataset:
     start = vi.RandomStarts(6, SEED, over, vi.State((0.0,) * n, (0.0,) * n))
     return vi.sweep(
         mechanism, over={"mass[0][0]": [1.0, 1.1]}, start=start, observe=tuple(OBSERVERS),
-        settle=50, periods=100, progress=False,
+        settle_periods=50, periods=100, progress=False,
     )  # fmt: skip
 
 

@@ -62,7 +62,9 @@ def test_members_that_only_fly_are_one_attractor_each_way_of_counting() -> None:
     assert found.name.values.tolist() == ["without impacts", "1-1-0 a"]
     starts = vi.GridStarts({"x1": axis, "v1": axis}, ORIGIN)
     stops = vi.Family(lambda upper: oscillator(0.04, 1.7, upper=upper), upper=1.26)
-    counted = vi.multistability(stops, over={"upper": [1.26]}, start=starts, settle=1000, **OFF)
+    counted = vi.multistability(
+        stops, over={"upper": [1.26]}, start=starts, settle_periods=1000, **OFF
+    )
     assert counted.attractors.values.tolist() == [2]
 
 

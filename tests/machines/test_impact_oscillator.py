@@ -259,7 +259,7 @@ def test_the_command_line_prints_and_draws_si_units(capsys: pytest.CaptureFixtur
     assert cli.main(["simulate", "--config", "si.toml", "--impacts", "40", "--out", "h.png"]) == 0
     said = capsys.readouterr().out
     assert "forcing 10 N at 50 rad/s (7.95775 Hz), clearance 0.003 m" in said
-    argv = ["sweep", "--config", "si.toml", "--over", "clearance=0.1,0.24", "--settle", "5"]
+    argv = ["sweep", "--config", "si.toml", "--over", "clearance=0.1,0.24", "--settle-periods", "5"]
     assert cli.main([*argv, "--periods", "5", "--variable", "n", "--out", "s.svg"]) == 0
     assert "in SI units: clearance 0.00125 to 0.003 m" in capsys.readouterr().out
     assert "clearance $s$ [m]" in _xlabel(vi.ImpactOscillator.from_physical(**SI))
@@ -270,7 +270,12 @@ def _xlabel(oscillator: vi.ImpactOscillator) -> str:
 
     over = {"clearance": [0.1, 0.2]}
     found = vi.sweep(
-        oscillator, over=over, start=oscillator.free_start(), settle=5, periods=5, progress=False
+        oscillator,
+        over=over,
+        start=oscillator.free_start(),
+        settle_periods=5,
+        periods=5,
+        progress=False,
     )
     return plotting.plot_along(found, variable="n").get_xlabel()
 
@@ -310,22 +315,40 @@ def test_a_file_holds_it_and_an_option_changes_it(capsys: pytest.CaptureFixture[
 
 def test_a_plane_starts_clear_of_the_stop_at_every_point() -> None:
     argv = ["plane", "impact-oscillator", *PARAMETERS[:2], *PARAMETERS[4:6]]
-    argv += ["--over", "omega=2.4:2.8:3", "--over", "clearance=-0.5:0.5:3", "--settle", "50"]
+    argv += [
+        "--over",
+        "omega=2.4:2.8:3",
+        "--over",
+        "clearance=-0.5:0.5:3",
+        "--settle-periods",
+        "50",
+    ]
     assert cli.main([*argv, "--periods", "20", "--out", "p.nc", "--out", "p.png"]) == 0
     found = opened("p.nc")
     start = vi.State((-1.5,), (0.0,))  # free at clearance -0.5, the lowest
     over = {"omega": np.linspace(2.4, 2.8, 3), "clearance": np.linspace(-0.5, 0.5, 3)}
     middle = replace(ONE, omega=2.6, clearance=0.0)
-    expected = vi.plane(middle, over=over, start=start, settle=50, periods=20, progress=False)
+    expected = vi.plane(
+        middle, over=over, start=start, settle_periods=50, periods=20, progress=False
+    )
     xr.testing.assert_equal(found, expected)
 
 
 def test_basins_sections_diagrams_and_branches_are_computed_from_the_command_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    short = ["--settle", "60", "--periods", "20"]
+    short = ["--settle-periods", "60", "--periods", "20"]
     for command in (
-        ["basins", *PARAMETERS, "--over", "x1=-1:0:3", "--over", "v1=-1:1:3", "--settle", "100"],
+        [
+            "basins",
+            *PARAMETERS,
+            "--over",
+            "x1=-1:0:3",
+            "--over",
+            "v1=-1:1:3",
+            "--settle-periods",
+            "100",
+        ],
         ["section", *PARAMETERS, "--points", "20"],
         ["diagram", *PARAMETERS[:2], *PARAMETERS[4:], "--over", "omega=2.5:2.7:3", *short],
         ["branch", *PARAMETERS, "--range", "2.5", "2.7"],
@@ -354,7 +377,7 @@ def test_what_is_of_the_damper_alone_is_refused(capsys: pytest.CaptureFixture[st
 def test_a_sweep_in_a_store_and_its_repetition_are_the_same_bits() -> None:
     pytest.importorskip("zarr")
     over = {"lower_clearance": [1.0, 1.2], "omega": [0.8, 0.9, 1.0]}
-    window = {"settle": 20.0, "periods": 20.0, "progress": False}
+    window = {"settle_periods": 20.0, "periods": 20.0, "progress": False}
     start = TWO.free_start()
     found = vi.sweep(TWO, over=over, start=start, observe=["symbol", "lyapunov"], **window)
     kept = vi.sweep(

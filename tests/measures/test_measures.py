@@ -141,7 +141,7 @@ def test_a_sweep_measures_what_its_settled_orbit_has(
         measures = [vi.measure_of(name, system) for name in names]
         value = parameter_value(system, parameter)
         members = vi.sweep(
-            system, over={parameter: [value]}, start=orbit.state, settle=0.37, periods=60,
+            system, over={parameter: [value]}, start=orbit.state, settle_periods=0.37, periods=60,
             observe=[one for measure in measures for one in measure.observers], progress=False,
         )  # fmt: skip
         for name, measure in zip(names, measures, strict=True):
@@ -226,7 +226,7 @@ def test_the_motion_without_impacts_of_a_massless_coordinate_is_that_of_its_impe
     assert free_motion(jenkins(stop)) == (
         "friction alone gives the motion of coordinate 1, which has no mass"
     )
-    response = vi.frequency_response(machine, "omega", (1.2, 1.4), number=3, starts=1, settle=50, periods=5,
+    response = vi.frequency_response(machine, "omega", (1.2, 1.4), number=3, starts=1, settle_periods=50, periods=5,
                                      progress=False)  # fmt: skip
     assert "no motion without impacts" not in str(response)
 
@@ -279,7 +279,7 @@ def test_transmissibility_does_not_depend_on_the_size_of_the_force(force: float)
         forces=(vi.Harmonic(1.2, (force,)),), elements=(vi.RigidStop((1.0,), upper=50.0 * force),),
     )  # fmt: skip
     found = vi.frequency_response(
-        machine, "omega", (1.2, 1.3), measure="transmissibility x1", number=2, starts=1, settle=1,
+        machine, "omega", (1.2, 1.3), measure="transmissibility x1", number=2, starts=1, settle_periods=1,
         periods=1, most=0, progress=False,
     )  # fmt: skip
     assert found.curves[0].value[0] == pytest.approx(1.0 / abs(1.0 - 1.2**2 + 0.024j), rel=1e-10)

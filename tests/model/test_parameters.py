@@ -232,7 +232,7 @@ class Bare:
 
 STILL = vi.State((0.0, 0.0), (0.0, 0.0))
 GRID = vi.GridStarts({"x1": [-0.2, 0.0, 0.2]}, STILL)
-SHORT: dict[str, Any] = {"settle": 5, "periods": 5, "progress": False}
+SHORT: dict[str, Any] = {"settle_periods": 5, "periods": 5, "progress": False}
 
 
 def test_a_system_without_parameters_by_name_is_refused_where_one_is_varied() -> None:

@@ -60,7 +60,7 @@ def test_sweeps_classify_and_find_orbit_give_a_motion_one_name(
 ) -> None:
     mechanism = pair(omega, gap, wall)
     over = {"omega": [omega], "gap": [gap], "wall": [wall]}
-    swept = vi.sweep(PAIR, over=over, start=REST, observe=["symbol", "impacts"], settle=600,
+    swept = vi.sweep(PAIR, over=over, start=REST, observe=["symbol", "impacts"], settle_periods=600,
                      progress=False).squeeze()  # fmt: skip
     pairs = counted(mechanism, int(swept.n))
     assert symbol_word(int(swept.n), pairs) == name
@@ -78,7 +78,7 @@ def test_sweeps_classify_and_find_orbit_give_a_motion_one_name(
 def test_a_plane_parts_motions_that_hit_different_stops() -> None:
     """Both have two impacts per period at stops A and none at B, if contacts are not told apart."""
     over = {"omega": [0.844, 1.6], "gap": [1.028, 1.2]}
-    plane = vi.plane(PAIR, over=over, start=REST, settle=600, progress=False)
+    plane = vi.plane(PAIR, over=over, start=REST, settle_periods=600, progress=False)
     assert plane.p.dims == ("omega", "gap", "contact")
     words = [one.words for one in categories(plane.motion)]
     assert "1-1-0,1-0" in words
@@ -96,7 +96,7 @@ def test_basins_of_several_contacts_are_named_by_all_of_them() -> None:
         assert found.name.values.tolist() == ["1-1-0,0-2 a"]
     starts = vi.GridStarts(over, REST)
     for contact in (0, 1):
-        met = vi.multistability(PAIR, over={"omega": [1.088, 1.332]}, start=starts, settle=600,
+        met = vi.multistability(PAIR, over={"omega": [1.088, 1.332]}, start=starts, settle_periods=600,
                                 contact=contact, progress=False)  # fmt: skip
         assert met.attractors.values.tolist() == [1, 1]
 

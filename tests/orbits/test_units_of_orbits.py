@@ -190,7 +190,7 @@ def test_responses_have_the_same_bits_in_units_of_powers_of_two(
     pair = pair_of(kind, units)
     one, other = pair.both(
         lambda m, s, time: vi.frequency_response(
-            m, "omega", (0.7 / time, 0.84 / time), number=5, starts=2, start=s, settle=100,
+            m, "omega", (0.7 / time, 0.84 / time), number=5, starts=2, start=s, settle_periods=100,
             periods=20, progress=False,
         )
     )  # fmt: skip
@@ -209,7 +209,7 @@ def test_responses_have_the_same_bits_in_units_of_powers_of_two(
 def test_sweeps_in_lanes_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:
     one, other = pair.both(
         lambda m, s, unit: vi.sweep(
-            m, over={"omega": np.linspace(0.5, 1.2, 20) / unit}, start=s, settle=30, periods=20,
+            m, over={"omega": np.linspace(0.5, 1.2, 20) / unit}, start=s, settle_periods=30, periods=20,
             observe=["impacts", "final", "extremes"], progress=False,
         )
     )  # fmt: skip

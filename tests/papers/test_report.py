@@ -20,7 +20,7 @@ from vibroimpact_papers.report import (
 )
 
 from vibroimpact import InvalidParameterError
-from vibroimpact._core.progress import Progress
+from vibroimpact._core.progress import Display
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -142,7 +142,7 @@ def test_unwritable_parent_is_refused(tmp_path: Path) -> None:
 
 def test_progress_prints_one_line_per_stage_without_a_terminal() -> None:
     stream = io.StringIO()
-    progress = Progress(2, stream)
+    progress = Display(2, stream)
     progress.stage("one")
     assert list(progress.track("two", [1, 2, 3], 3)) == [1, 2, 3]
     progress.close()
@@ -151,7 +151,7 @@ def test_progress_prints_one_line_per_stage_without_a_terminal() -> None:
 
 def test_progress_shows_a_bar_and_the_time_left_on_a_terminal() -> None:
     stream = Terminal()
-    progress = Progress(1, stream)
+    progress = Display(1, stream)
     list(progress.track("work", range(2), 2))
     progress.close()
     assert "s left" in stream.getvalue()
@@ -160,6 +160,6 @@ def test_progress_shows_a_bar_and_the_time_left_on_a_terminal() -> None:
 
 def test_quiet_progress_writes_nothing() -> None:
     stream = Terminal()
-    progress = Progress(1, stream, quiet=True)
+    progress = Display(1, stream, quiet=True)
     list(progress.track("work", range(2), 2))
     assert stream.getvalue() == ""

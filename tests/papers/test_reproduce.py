@@ -32,7 +32,7 @@ from vibroimpact_papers.impact_damper import reproduce as job
 from vibroimpact_papers.impact_damper.plan import Plan, Sweep
 
 import vibroimpact as vi
-from vibroimpact._core.progress import Progress
+from vibroimpact._core.progress import Display
 
 pytestmark = pytest.mark.slow
 
@@ -71,8 +71,8 @@ ROOT = Path(__file__).parents[2]
 POINTS = 5  # Neimark-Sacker points of the branch, each with a verdict on the lemma of section 4
 
 
-def quiet() -> Progress:
-    return Progress(job.STAGES, quiet=True)
+def quiet() -> Display:
+    return Display(job.STAGES, quiet=True)
 
 
 @pytest.fixture(scope="module")

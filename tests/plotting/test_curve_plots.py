@@ -154,7 +154,7 @@ def test_the_first_curve_decides_the_order_of_the_axes(
 def test_over_a_plane_its_axes_are_kept(torus: vi.BifurcationCurve) -> None:
     over = {"omega": np.linspace(0.8, 1.1, 4), "half_clearance": np.linspace(4.0, 6.0, 3)}
     plane = vi.plane(
-        DAMPER, over=over, start=vi.State((0.0, 0.0), (0.0, 1.0)), settle=10, periods=10
+        DAMPER, over=over, start=vi.State((0.0, 0.0), (0.0, 1.0)), settle_periods=10, periods=10
     )
     ax = plot_plane(plane)
     limits, motions = (ax.get_xlim(), ax.get_ylim()), ax.get_legend()

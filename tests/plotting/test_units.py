@@ -88,7 +88,13 @@ def swept(
 ) -> xr.Dataset:
     over = {name: getattr(damper, name) * np.array([0.9, 1.0, 1.05]) for name in names}
     return vi.sweep(
-        damper, over=over, start=START, observe=observe, settle=5, periods=10, progress=False
+        damper,
+        over=over,
+        start=START,
+        observe=observe,
+        settle_periods=5,
+        periods=10,
+        progress=False,
     )
 
 
@@ -96,7 +102,7 @@ def swept(
 def diagram(damper: vi.ImpactDamper, scales: vi.Scales) -> xr.Dataset:
     over = {"omega": np.linspace(0.95, 1.2, 7)}
     return vi.bifurcation_sweep(
-        replace(damper, scales=scales), over=over, start=START, points=5, settle=5, periods=10,
+        replace(damper, scales=scales), over=over, start=START, points=5, settle_periods=5, periods=10,
         progress=False,
     )  # fmt: skip
 
@@ -227,7 +233,7 @@ def test_multipliers_are_coloured_by_a_frequency_in_si_units() -> None:
 def test_basins_are_in_si_units() -> None:
     def draw(damper: vi.ImpactDamper) -> Axes:
         over = {"x1": [-0.5, 0.0, 0.5], "v2": [-1.0, 1.0]}
-        found = vi.basins(damper, over=over, start=START, settle=40, progress=False)
+        found = vi.basins(damper, over=over, start=START, settle_periods=40, progress=False)
         return plotting.plot_basins(found)
 
     assert_drawn(draw, Shown("m", METRES), Shown("m/s", SPEED))
@@ -268,21 +274,21 @@ COMMANDS = {
         "  in SI units: omega ",
         " rad/s, half_clearance ",
     ],
-    "sweep --over omega=1,1.1 --over force=0.5,2 --settle 1 --periods 1": [
+    "sweep --over omega=1,1.1 --over force=0.5,2 --settle-periods 1 --periods 1": [
         f"in SI units: omega {RATE:.6g} to {1.1 * RATE:.6g} rad/s, force 30 to 120 N\n",
     ],
-    "diagram --over half_clearance=1,2 --way up --settle 1 --periods 1": [
+    "diagram --over half_clearance=1,2 --way up --settle-periods 1 --periods 1": [
         f"in SI units: half_clearance {METRES:.6g} to {2.0 * METRES:.6g} m\n",
     ],
-    "plane --over omega=1,1.1 --over restitution=0.5,0.6 --settle 1 --periods 1": [
+    "plane --over omega=1,1.1 --over restitution=0.5,0.6 --settle-periods 1 --periods 1": [
         f"in SI units: omega {RATE:.6g} to {1.1 * RATE:.6g} rad/s\n",
     ],
-    "basins --over x1=-1,1 --over v1=-1,1 --settle 40": [
+    "basins --over x1=-1,1 --over v1=-1,1 --settle-periods 40": [
         f"in SI units: x1 -{METRES:.6g} to {METRES:.6g} m, v1 -{SPEED:.6g} to {SPEED:.6g} m/s",
         "in SI units: x = ",
     ],
     "orbits --cycles 1 --impacts 2 --starts 5": ["clearance [m]"],
-    "response --over omega=1:1.1 --measure power --number 2 --starts 0 --most 0 --settle 1": [
+    "response --over omega=1:1.1 --measure power --number 2 --starts 0 --most 0 --settle-periods 1": [
         f"dissipated power over omega {RATE:.6g} to {1.1 * RATE:.6g} rad/s",
         "W, at ",
     ],
@@ -303,7 +309,7 @@ def test_every_command_prints_si_units_of_a_physical_damper_alone(
 def test_the_printed_attractor_and_special_point_are_the_scaled_ones_in_si_units(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    printed = said(capsys, tmp_path, "basins --over x1=-1,1 --over v1=-1,1 --settle 40")
+    printed = said(capsys, tmp_path, "basins --over x1=-1,1 --over v1=-1,1 --settle-periods 40")
     scaled = re.findall(r"position=\((\S+), \S+ velocity=\((\S+),", printed)[0]
     here = re.findall(r"SI units: x = (\S+), \S+ m, v = (\S+), \S+ m/s", printed)[0]
     expected = np.array(scaled, dtype=float) * (METRES, SPEED)

@@ -74,7 +74,7 @@ def test_the_worst_is_a_maximum_of_orbits_that_brute_force_finds(response: vi.Re
     near = worst.parameter + np.linspace(-2e-3, 2e-3, 41)
     state = worst.orbit.state if worst.orbit else None
     assert isinstance(state, vi.State)
-    members = vi.sweep(OSCILLATOR, over={"omega": near}, start=state, settle=400, progress=False,
+    members = vi.sweep(OSCILLATOR, over={"omega": near}, start=state, settle_periods=400, progress=False,
                        observe=vi.measure_of("x1", OSCILLATOR).observers)  # fmt: skip
     found = vi.measure_of("x1", OSCILLATOR).of_sweep(members)
     assert worst.value >= float(found.max()) - 1e-12
@@ -209,8 +209,8 @@ def test_the_picture_has_si_units_and_lines_by_stability(
 
 
 def test_an_interruption_keeps_the_curves_found() -> None:
-    def stop(text: str) -> None:
-        if text.startswith("branch 0"):
+    def stop(report: vi.ProgressReport) -> None:
+        if report.text.startswith("branch 0"):
             raise KeyboardInterrupt
 
     found = vi.frequency_response(
@@ -255,7 +255,7 @@ def test_a_row_of_any_size_scales_its_value_peak_and_rms(factor: float, order: i
     def table(x: float) -> Any:
         return vi.frequency_response(
             OSCILLATOR, "omega", (1.1, 1.2), measure=vi.measures.Amplitude((x,), order=order),
-            number=2, starts=1, settle=50, periods=10, most=0, progress=False,
+            number=2, starts=1, settle_periods=50, periods=10, most=0, progress=False,
         ).to_dataset()  # fmt: skip
 
     one, many = table(1.0), table(factor)

@@ -84,10 +84,10 @@ def test_the_exponents_of_a_bilinear_oscillator_add_up_to_minus_its_damping(omeg
 
 def test_a_machine_without_stops_has_exponents_from_its_changes() -> None:
     m = oscillator(BELT, omega=0.7, force=0.3)
-    largest = vi.lyapunov_exponent(m, START, impacts=2000, settle=100)
+    largest = vi.lyapunov_exponent(m, START, impacts=2000, settle_impacts=100)
     assert largest.value < 0.0
     # while it sticks, velocity and belt agree, so that directions are forgotten
-    assert vi.lyapunov_spectrum(m, START, impacts=2000, settle=100).values[-1] == -math.inf
+    assert vi.lyapunov_spectrum(m, START, impacts=2000, settle_impacts=100).values[-1] == -math.inf
 
 
 @pytest.mark.parametrize("x", [0.12, -0.12, 0.149, -0.149])
@@ -182,7 +182,7 @@ def test_friction_that_sticks_and_slips_often_between_impacts_leaves_no_record_t
     assert run.end is vi.RunEnd.IMPACTS
     assert len(run) > 5 * run.impacts.sum()
     assert len(vi.impact_section(m, start, points=20, settle=20).x1) == 20
-    exponent = vi.lyapunov_exponent(m, start, settle=50, impacts=1024)
+    exponent = vi.lyapunov_exponent(m, start, settle_impacts=50, impacts=1024)
     assert abs(exponent.value) < 1e-9  # its place does not matter: a shift neither grows nor dies
 
 
@@ -193,6 +193,6 @@ def test_exponents_go_on_where_impacts_end_and_friction_does_not() -> None:
     )  # fmt: skip
     start = vi.State((0.0,), (0.0,))
     assert vi.simulate(m, start, impacts=9).end is vi.RunEnd.EVENTS
-    spectrum = vi.lyapunov_spectrum(m, start, settle=100, impacts=1024)
+    spectrum = vi.lyapunov_spectrum(m, start, settle_impacts=100, impacts=1024)
     assert spectrum.values[1] == -np.inf  # it sticks
-    assert vi.lyapunov_exponent(m, start, settle=100, impacts=1024).value < 0.0
+    assert vi.lyapunov_exponent(m, start, settle_impacts=100, impacts=1024).value < 0.0

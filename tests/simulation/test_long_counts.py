@@ -39,13 +39,13 @@ CALLS = [
     "vi.state_section(rubbing, vi.State((1.0,), (0.0,)), element=0, points=3, settle=10**11)",
     "vi.classify(damper, state, settle=10**11, max_settle=10**11)",
     "vi.lyapunov_exponent(damper, state, impacts=10**9)",
-    "vi.lyapunov_exponent(damper, state, settle=10**11)",
+    "vi.lyapunov_exponent(damper, state, settle_impacts=10**11)",
     "vi.lyapunov_spectrum(damper, state, impacts=10**7)",
-    "vi.lyapunov_spectrum(damper, state, settle=10**11)",
+    "vi.lyapunov_spectrum(damper, state, settle_impacts=10**11)",
     "vi.map_derivative(damper, state, impacts=10**9)",
     "vi.sweep_attractor(damper, 'omega', [1.2], state=state, settle=10**11)",
     "vi.find_orbits(damper, cycles=1, impacts=2, starts=10**9)",
-    "vi.find_circle(vi.ExplicitMap(turn, dimension=2), (1.0, 0.0), p=0.9, settle=10**11)",
+    "vi.find_circle(vi.ExplicitMap(turn, dimension=2), (1.0, 0.0), p=0.9, settle_iterates=10**11)",
 ]
 SCRIPT = """
 import math, signal, sys, warnings

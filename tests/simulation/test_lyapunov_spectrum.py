@@ -72,7 +72,7 @@ PERIODIC = {
 @pytest.mark.parametrize("name", PERIODIC)
 def test_exponents_of_periodic_motion_are_those_of_its_multipliers(name: str) -> None:
     system, start = PERIODIC[name]
-    found = vi.lyapunov_spectrum(system, start, impacts=8000, settle=4000)
+    found = vi.lyapunov_spectrum(system, start, impacts=8000, settle_impacts=4000)
     orbit = vi.find_orbit(system, vi.simulate(system, start, impacts=9000).last)
     assert orbit.stable
     wanted = np.log(np.sort(np.abs(orbit.multipliers))[::-1]) / orbit.period
@@ -111,7 +111,7 @@ def test_exponents_of_chaos_add_up_to_the_determinant() -> None:
 
 def test_the_contraction_counts_every_impact_with_its_own_restitution() -> None:
     start = PERIODIC["two contacts"][1]
-    found = vi.lyapunov_spectrum(TWO_CONTACTS, start, impacts=4000, settle=4000)
+    found = vi.lyapunov_spectrum(TWO_CONTACTS, start, impacts=4000, settle_impacts=4000)
     run = vi.simulate(TWO_CONTACTS, start, impacts=9000)
     orbit = vi.find_orbit(TWO_CONTACTS, run.last)
     per_period = len(orbit.signature.impacts)
@@ -125,7 +125,7 @@ def test_long_flights_keep_the_sum() -> None:
         mass_ratio=0.1, omega_n=1.0, zeta=0.3, restitution=0.9, half_clearance=2000.0, omega=1.0
     )
     start = vi.State((0.0, 0.0), (0.0, 2.0))
-    found = vi.lyapunov_spectrum(damper, start, impacts=1024, settle=100)
+    found = vi.lyapunov_spectrum(damper, start, impacts=1024, settle_impacts=100)
     assert np.isfinite(found.values).all()
     assert found.duration.mean() * 2.0 * damper.zeta > 300.0
     assert found.determinant_error < 1e-12
@@ -138,7 +138,9 @@ def test_long_flights_keep_the_sum() -> None:
 def test_on_a_circle_one_exponent_is_zero_and_the_others_are_negative(
     letter: str, omega: float
 ) -> None:
-    found = vi.lyapunov_spectrum(SETS[letter].damper(omega), PLAIN, impacts=8000, settle=8000)
+    found = vi.lyapunov_spectrum(
+        SETS[letter].damper(omega), PLAIN, impacts=8000, settle_impacts=8000
+    )
     assert found.zero.tolist() == [True, False, False, False]
     assert found.negative.tolist() == [False, True, True, True]
     assert found.errors[0] < 1e-4
@@ -214,7 +216,9 @@ def test_two_independent_masses_have_both_exponents_and_a_zero_for_their_phases(
 def test_a_free_mass_between_walls_loses_a_difference_of_speeds_at_the_rate_of_its_losses() -> None:
     """Speeds go as R^k, and so do differences of them and the velocity of the flow."""
     walls = vi.RigidStop((1.0,), 0.0, 1.0, (0.999, 0.998))
-    found = vi.lyapunov_spectrum(mass(0.0, walls), vi.State((0.5,), (1.0,)), impacts=1024, settle=0)
+    found = vi.lyapunov_spectrum(
+        mass(0.0, walls), vi.State((0.5,), (1.0,)), impacts=1024, settle_impacts=0
+    )
     wanted = 0.5 * (math.log(0.999) + math.log(0.998))
     np.testing.assert_allclose(found.per_impact, [wanted], rtol=1e-4)  # alternate impacts
     assert found.flow == pytest.approx(found.values[0], rel=1e-12)
@@ -251,7 +255,7 @@ def test_exponents_are_those_that_sweeps_observe(system: vi.Mechanism, start: vi
     unit = 2.0 * math.pi / system.omega if system.omega else 1.0
     swept = vi.sweep(
         system, over={}, start=vi.GridStarts({"phase": [start.phase]}, start), observe="spectrum",
-        settle=500, periods=math.ceil(2000 / unit), progress=False,
+        settle_periods=500, periods=math.ceil(2000 / unit), progress=False,
     )  # fmt: skip
     observed = np.sort(swept.spectrum.values.ravel())[::-1]
     assert observed.shape == found.values.shape
@@ -293,7 +297,7 @@ def test_what_sticking_leaves_has_the_multipliers_of_the_tangents_through_it() -
     assert period == pytest.approx(3 * damper.period, rel=1e-9)
     through = vi.map_derivative(damper, start, impacts=int(run.impacts[first + 1 : last + 1].sum()))
     sizes = np.sort(np.abs(np.linalg.eigvals(through.matrix)))[::-1]
-    found = vi.lyapunov_spectrum(damper, PLAIN, impacts=8000, settle=4000)
+    found = vi.lyapunov_spectrum(damper, PLAIN, impacts=8000, settle_impacts=4000)
     wanted = np.log(sizes[:2]) / period
     # 220 periods in the average: the weights leave e^-26 of growth by some e-folds
     np.testing.assert_allclose(found.values[:2], wanted, rtol=0.0, atol=1e-8)
@@ -411,9 +415,9 @@ def test_the_size_of_the_parts_that_are_recorded_does_not_matter(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     system, start = PERIODIC["set A"]
-    found = vi.lyapunov_spectrum(system, start, impacts=2000, settle=2000)
+    found = vi.lyapunov_spectrum(system, start, impacts=2000, settle_impacts=2000)
     monkeypatch.setattr("vibroimpact.simulation.lyapunov_spectrum.CHUNK", 70)
-    other = vi.lyapunov_spectrum(system, start, impacts=2000, settle=2000)
+    other = vi.lyapunov_spectrum(system, start, impacts=2000, settle_impacts=2000)
     assert other.duration.size == found.duration.size
     # the unit of velocity is taken from the first part, and turns the first frame
     np.testing.assert_allclose(other.values, found.values, rtol=0.0, atol=1e-6)
@@ -435,7 +439,7 @@ def test_the_first_exponents_alone_are_those_of_all(count: int) -> None:
     [
         ({"impacts": 1000}, "impacts = 1000: must be an integer >= 1024"),
         ({"impacts": 2000.0}, "impacts = 2000.0: must be an integer"),
-        ({"settle": -1}, "settle = -1: must be an integer >= 0"),
+        ({"settle_impacts": -1}, "settle_impacts = -1: must be an integer >= 0"),
         ({"count": 0}, "count = 0: must be an integer >= 1"),
         ({"count": 5}, "count = 5: must be at most 4"),
         ({"count": "all"}, "count = 'all': must be an integer"),

@@ -14,7 +14,7 @@ def spectrum(system: vi.Mechanism, start: vi.State, periods: float) -> tuple[np.
     """The exponents, and the impacts per unit of time of the same window."""
     starts = vi.GridStarts({"phase": [start.phase]}, start)
     found = vi.sweep(system, over={}, start=starts, observe=["spectrum", "lyapunov", "impacts"],
-                     settle=periods, periods=periods, progress=False)  # fmt: skip
+                     settle_periods=periods, periods=periods, progress=False)  # fmt: skip
     exponents = found.spectrum.values.ravel()
     assert exponents[0] == found.lyapunov.item()
     per_period = float(found.impacts_a.item() + found.impacts_b.item())
@@ -105,7 +105,7 @@ def test_a_start_that_one_flight_leaves_nothing_of_is_not_forgotten(restitution:
     ends = 1.0 / 200  # a complex pair turns by an angle between the first and the last impact
     assert found.sum() == pytest.approx(contraction(system, rate), abs=ends)
     over = {"elements[0].restitution[1]": np.linspace(restitution, 0.9, 20)}
-    several = vi.sweep(system, over=over, start=start, observe=["lyapunov"], settle=200, periods=200,
+    several = vi.sweep(system, over=over, start=start, observe=["lyapunov"], settle_periods=200, periods=200,
                        progress=False)  # fmt: skip
     assert several.lyapunov[0].item() == found[0]  # in lanes, beside others
     one = vi.lyapunov_exponent(system, start, impacts=1024)

@@ -24,13 +24,13 @@ Found = list[tuple[str, Any]]
 def of_sweeps(m: vi.Mechanism, start: vi.State) -> Found:
     names = ["lyapunov"] if m.massless else ["lyapunov", "spectrum"]
     found = vi.sweep(m, over={}, start=vi.GridStarts({"phase": [start.phase]}, start), observe=names,
-                     settle=20, periods=20, progress=False)  # fmt: skip
+                     settle_periods=20, periods=20, progress=False)  # fmt: skip
     return [(name, found[name].values) for name in names]
 
 
 def of_motions(m: vi.Mechanism, start: vi.State) -> Found:
-    one = vi.lyapunov_exponent(m, start, impacts=1024, settle=50)
-    several = vi.lyapunov_spectrum(m, start, impacts=1024, settle=50)
+    one = vi.lyapunov_exponent(m, start, impacts=1024, settle_impacts=50)
+    several = vi.lyapunov_spectrum(m, start, impacts=1024, settle_impacts=50)
     return [
         ("exponent", [one.value, one.error]),
         ("exponents", several.values), ("errors", several.errors),
@@ -84,7 +84,7 @@ def test_exponents_of_lanes_have_the_same_bits_in_units_of_powers_of_two(
 
     def found(m: vi.Mechanism, s: vi.State, unit: float) -> Any:
         over = {"omega": np.linspace(0.4, 1.3, 40) / unit}
-        swept = vi.sweep(m, over=over, start=s, observe=["lyapunov"], settle=50, periods=40,
+        swept = vi.sweep(m, over=over, start=s, observe=["lyapunov"], settle_periods=50, periods=40,
                          progress=False)  # fmt: skip
         return swept.lyapunov.values * unit
 

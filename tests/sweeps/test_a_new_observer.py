@@ -99,7 +99,7 @@ from support.systems import paper_damper
 
 starts = vi.GridStarts({"v2": [1.3, -1.2]}, vi.State((0.0, 0.0), (0.0, 1.0)))
 found = vi.sweep(
-    paper_damper("B", 0.96, restitution=0.5), over={}, start=starts, settle=5, periods=60,
+    paper_damper("B", 0.96, restitution=0.5), over={}, start=starts, settle_periods=5, periods=60,
     observe=["pauses", vi.observe.Section(points=3, stop="B"), "symbol", "extremes", "settling",
              "lyapunov", "final"] if len(sys.argv) < 2 else vi.observe.Pauses(least=sys.argv[1]),
     progress=False,
@@ -173,7 +173,7 @@ def test_an_observer_is_added_by_a_header_its_line_in_the_registry_and_a_file(co
 def test_the_others_have_the_bits_of_the_installed_kernel_beside_it(copy: Path) -> None:
     found = json.loads(swept(copy).stdout)
     here = vi.sweep(
-        paper_damper("B", 0.96, restitution=0.5), over={}, settle=5,
+        paper_damper("B", 0.96, restitution=0.5), over={}, settle_periods=5,
         start=vi.GridStarts({"v2": SPEEDS}, vi.State((0.0, 0.0), (0.0, 1.0))),
         observe=[vi.observe.Section(points=3, stop="B"), "symbol", "extremes", "settling",
                  "lyapunov", "final"],

@@ -12,7 +12,7 @@ import vibroimpact as vi
 from vibroimpact.attractors.matching import strobe_symbols
 
 REST = vi.State((0.0,), (0.0,))
-QUIET = {"settle": 300, "periods": 50, "progress": False}
+QUIET = {"settle_periods": 300, "periods": 50, "progress": False}
 
 
 def belt(*forces):
@@ -87,7 +87,7 @@ def test_results_at_a_phase_are_done_again_from_themselves() -> None:
         mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]], forces=(vi.Harmonic(2.3, (0.01,)),),
         elements=(vi.Friction((1.0,), 0.1, 0.2, belt_speed=0.05),),
     )  # fmt: skip
-    window: dict[str, Any] = {"settle": 50, "periods": 50, "progress": False}
+    window: dict[str, Any] = {"settle_periods": 50, "periods": 50, "progress": False}
     basins = vi.basins(
         belt, over={"x1": [-0.1, 0.1], "v1": [0.0]}, start=vi.State((0.0,), (0.0,)), **window
     )

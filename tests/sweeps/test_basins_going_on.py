@@ -33,9 +33,9 @@ def basins(system: System, over: Any, start: vi.State, **options: Any) -> xr.Dat
 def test_chaos_with_a_long_flight_is_not_without_impacts(omega: float, settle: float) -> None:
     """classify meets a flight of ten thousand periods from some of these starts."""
     system, over = replace(SET_B, omega=omega), {"x1": AXIS, "v1": AXIS}
-    found = basins(system, over, START, settle=settle)
+    found = basins(system, over, START, settle_periods=settle)
     truth = vi.sweep(system, over={}, start=vi.GridStarts(over, START), observe="lyapunov",
-                     settle=3000, periods=3000, progress=False).lyapunov.values.ravel()  # fmt: skip
+                     settle_periods=3000, periods=3000, progress=False).lyapunov.values.ravel()  # fmt: skip
     assert found.name.values.tolist() == ["chaotic a", "1-1-1 a"]
     chaotic = np.array(named(found)) == "chaotic a"
     assert np.all(truth[chaotic] > 0.02)
@@ -54,7 +54,8 @@ def double_well(damping: float) -> vi.Mechanism:
 def test_members_that_come_to_rest_later_rest_on_their_stop(stop: str) -> None:
     over = {"x1": np.linspace(-0.45, 0.45, 6), "v1": np.linspace(-3.0, 3.0, 6)}
     soon, late = (
-        basins(double_well(0.02), over, REST, stop=stop, settle=settle) for settle in (20, 250)
+        basins(double_well(0.02), over, REST, stop=stop, settle_periods=settle)
+        for settle in (20, 250)
     )
     assert named(soon) == named(late)
     assert set(named(soon)) == {"at rest on stop A", "at rest on stop B"}
@@ -66,7 +67,7 @@ def test_a_motion_that_dies_away_is_without_impacts_at_once() -> None:
         elements=(vi.RigidStop((1.0,), -0.5, 0.5, 0.9),),
     )  # fmt: skip
     over = {"x1": np.linspace(-0.45, 0.45, 6), "v1": np.linspace(-3.0, 3.0, 6)}
-    assert set(named(basins(dying, over, REST, settle=0))) == {"without impacts"}
+    assert set(named(basins(dying, over, REST, settle_periods=0))) == {"without impacts"}
 
 
 def test_members_that_never_meet_the_section_settle_all_the_same() -> None:
@@ -88,9 +89,9 @@ def test_members_go_on_at_the_phase_of_every_forcing_line(settle: float) -> None
         elements=(vi.RigidStop((1.0,), upper=0.2, restitution=0.8),),
     )  # fmt: skip
     over = {"x1": np.linspace(-2.0, 0.15, 5), "v1": np.linspace(-2.0, 2.0, 5)}
-    found = basins(two, over, REST, settle=settle)
+    found = basins(two, over, REST, settle_periods=settle)
     assert sorted(found.name.values) == ["2-1-0 a", "2-1-0 b"]
-    truth = vi.sweep(two, over={}, start=vi.GridStarts(over, REST), observe="final", settle=3950,
+    truth = vi.sweep(two, over={}, start=vi.GridStarts(over, REST), observe="final", settle_periods=3950,
                      progress=False).final_position.values.ravel()  # fmt: skip
     labels = found.attractor.values.ravel()
     assert np.ptp(truth) > 0.1
@@ -106,7 +107,7 @@ def test_a_section_of_the_transient_alone_takes_seconds_not_minutes() -> None:
                   vi.RigidStop((0.0, 1.0), upper=0.4, restitution=0.8)),
     )  # fmt: skip
     start = vi.State((0.0, 0.0), (0.0, 0.0))
-    found = basins(weak, {"x1": [0.0, 0.1], "v2": [1.0, 2.0]}, start, contact=1, settle=0)
+    found = basins(weak, {"x1": [0.0, 0.1], "v2": [1.0, 2.0]}, start, contact=1, settle_periods=0)
     assert set(named(found)) == {"1-2-0 a"}
 
 
@@ -114,10 +115,10 @@ def test_a_section_of_the_transient_alone_takes_seconds_not_minutes() -> None:
 def test_members_end_at_one_phase_whether_they_went_on_or_not(settle: float) -> None:
     """At one phase of the forcing the 1-1-1 orbit is a point, to the tolerance of the matching."""
     over = {"x1": AXIS, "v1": AXIS}
-    found = basins(SET_B, over, START, settle=settle)
+    found = basins(SET_B, over, START, settle_periods=settle)
     here = np.array(named(found)).reshape(found.attractor.shape) == "1-1-1 a"
     window = vi.sweep(SET_B, over={}, start=vi.GridStarts(over, START), observe="final",
-                      settle=settle, progress=False)  # fmt: skip
+                      settle_periods=settle, progress=False)  # fmt: skip
     stayed = (found.final_position == window.final_position).all("coordinate").values[here]
     assert stayed.any() == (settle > 500.0)
     assert not stayed.all()
@@ -138,7 +139,7 @@ def test_what_flies_for_a_window_in_chaos_is_not_without_impacts() -> None:
 def test_a_torus_whose_points_come_in_runs_is_one(settle: float) -> None:
     """Its rotation number is next to 395/967: 4000 points leave three quarters of it out."""
     over = {"x1": AXIS, "v1": AXIS}
-    found = basins(replace(SET_B, omega=1.0), over, START, settle=settle)
+    found = basins(replace(SET_B, omega=1.0), over, START, settle_periods=settle)
     assert found.name.values.tolist() == ["quasiperiodic a"]
     assert float(found.share[0]) == 1.0
 
@@ -146,7 +147,7 @@ def test_a_torus_whose_points_come_in_runs_is_one(settle: float) -> None:
 def test_every_name_has_its_starts() -> None:
     for omega, settle in ((1.075, 20), (1.085, 250)):
         system, over = replace(SET_B, omega=omega), {"x1": AXIS, "v1": AXIS}
-        found = basins(system, over, START, settle=settle)
+        found = basins(system, over, START, settle_periods=settle)
         assert (found.share > 0.0).all()
         assert len(set(found.name.values)) == len(found.name)
         assert found.share.sum() + (found.attractor.values < 0).mean() == pytest.approx(1.0)

@@ -148,7 +148,7 @@ def test_shares_of_states_are_those_of_the_closed_form() -> None:
     period = math.pi + math.pi / 3.0
     found = vi.sweep(
         m, over={"constant_force[0]": [0.0]}, start=vi.State((0.0,), (1.0,)), observe=["states", "speeds"],
-        settle=0.0, periods=30.0 * period, progress=False,
+        settle_periods=0.0, periods=30.0 * period, progress=False,
     )  # fmt: skip
     shares = found.share_in_state.values[0, 0]
     # an event has rounding of some 2^-53 t: 64 ulp of the whole
@@ -166,7 +166,7 @@ def test_friction_on_a_steady_motion_sticks_and_slips_for_the_times_of_the_run()
         over={"kinetic": [0.2]},
         start=start,
         observe="states",
-        settle=0.0,
+        settle_periods=0.0,
         periods=periods,
         progress=False,
     )
@@ -194,7 +194,7 @@ def test_what_elements_take_is_what_the_motion_loses(law: Any) -> None:
     start = vi.GridStarts({"v1": [1.0, 2.0]}, vi.State((0.0, 0.0), (0.0, 0.5)))
     length = 30.0
     found = vi.sweep(
-        m, over={}, start=start, observe=["dissipation", "final"], settle=0.0, periods=length,
+        m, over={}, start=start, observe=["dissipation", "final"], settle_periods=0.0, periods=length,
         progress=False,
     )  # fmt: skip
 
@@ -215,7 +215,7 @@ def test_a_plane_names_the_motions_that_classify_finds() -> None:
     system = vi.Family(soft, k=29.0, c=0.0, omega=0.8)
     over = {"omega": np.linspace(0.7, 1.4, 4), "k": np.array([5.0, 29.0])}
     start = vi.State((0.1,), (0.3,), 0.1)
-    found = vi.plane(system, over=over, start=start, settle=300, periods=60, progress=False)
+    found = vi.plane(system, over=over, start=start, settle_periods=300, periods=60, progress=False)
     words = dict(zip(found.motion.flag_values, found.motion.flag_meanings.split(), strict=True))
     for i, omega in enumerate(over["omega"]):
         for j, k in enumerate(over["k"]):
@@ -230,7 +230,7 @@ def test_basins_and_diagrams_take_soft_stops_and_moving_ones() -> None:
     axis = np.linspace(-2.0, 2.0, 6)
     basins = vi.basins(
         vi.Family(soft, k=29.0, c=0.0, omega=1.3), over={"x1": axis, "v1": axis}, start=start,
-        settle=200, periods=40, progress=False,
+        settle_periods=200, periods=40, progress=False,
     )  # fmt: skip
     for name in basins.name.values:
         state = vi.attractor_state(basins, str(name))
@@ -238,7 +238,7 @@ def test_basins_and_diagrams_take_soft_stops_and_moving_ones() -> None:
         assert str(name).startswith(found.symbol)
     diagram = vi.bifurcation_sweep(
         vi.Family(table, a=0.3, r=0.5, omega=2.0), over={"a": np.linspace(0.4, 0.6, 3)},
-        start=vi.State((0.5,), (0.0,), 0.1), stop="B", settle=100, progress=False,
+        start=vi.State((0.5,), (0.0,), 0.1), stop="B", settle_periods=100, progress=False,
     )  # fmt: skip
     height = diagram.x1.values[np.isfinite(diagram.x1.values)]
     assert height.size
@@ -248,7 +248,7 @@ def test_basins_and_diagrams_take_soft_stops_and_moving_ones() -> None:
 def test_numbers_of_elements_are_parameters() -> None:
     found = vi.sweep(
         soft(29.0, 0.5, 0.8), over={"elements[0].stiffness": [8.0, 29.0]},
-        start=vi.State((0.1,), (0.3,), 0.1), observe="final", settle=0, periods=20, progress=False,
+        start=vi.State((0.1,), (0.3,), 0.1), observe="final", settle_periods=0, periods=20, progress=False,
     )  # fmt: skip
     for row, k in enumerate([8.0, 29.0]):
         alone = vi.simulate(
@@ -263,6 +263,6 @@ def test_a_sweep_of_a_mechanism_can_be_repeated_from_its_attributes(name: str) -
     m = family(build, values).mechanism
     found = vi.sweep(
         m, over={"mass[0][0]": [1.0, 1.1]}, start=vi.State((0.1,) * n, (0.3,) * n),
-        observe=["final", "states"], settle=5, periods=5, progress=False,
+        observe=["final", "states"], settle_periods=5, periods=5, progress=False,
     )  # fmt: skip
     assert vi.rerun_sweep(found, progress=False).identical(found)

@@ -35,7 +35,7 @@ def word(codes: xr.DataArray) -> str:
 def basins_b() -> xr.Dataset:
     axis = np.linspace(-6.0, 6.0, 9)
     return vi.basins(
-        SET_B, over={"x1": axis, "v1": axis}, start=START, settle=2000, progress=False
+        SET_B, over={"x1": axis, "v1": axis}, start=START, settle_periods=2000, progress=False
     )  # fmt: skip
 
 
@@ -44,7 +44,7 @@ def basins_b() -> xr.Dataset:
 
 def test_a_plane_has_the_symbols_that_classify_finds() -> None:
     over = {"omega": np.array([0.75, 0.85, 1.05, 1.2]), "half_clearance": np.array([4.0, 5.0])}
-    plane = vi.plane(SET_A, over=over, start=START, settle=3000, progress=False)
+    plane = vi.plane(SET_A, over=over, start=START, settle_periods=3000, progress=False)
     periodic = 0
     for cell in plane.stack(cell=list(over)).transpose("cell", ...).cell.values:
         here = plane.sel(omega=cell[0], half_clearance=cell[1])
@@ -66,7 +66,9 @@ def test_a_plane_takes_other_options_of_the_symbol() -> None:
 
     over = {"omega": [1.1, 1.2], "half_clearance": [5.0]}
     strict = Symbol(tolerance=1e-15)
-    plane = vi.plane(SET_A, over=over, start=START, settle=5, observe=strict, progress=False)
+    plane = vi.plane(
+        SET_A, over=over, start=START, settle_periods=5, observe=strict, progress=False
+    )
     assert [word(cell) for cell in plane.motion.squeeze()] == ["not periodic"] * 2
 
 
@@ -80,7 +82,7 @@ def bouncing() -> vi.Mechanism:
 
 
 def test_what_impacts_without_forcing_is_not_without_impacts() -> None:
-    start, options = vi.State((0.0, 0.1), (1.0, 0.3)), {"settle": 100, "periods": 300}
+    start, options = vi.State((0.0, 0.1), (1.0, 0.3)), {"settle_periods": 100, "periods": 300}
     over = {"stiffness[0][0]": [2.0, 3.0], "elements[0].upper": [0.3, 0.35]}
     plane = vi.plane(bouncing(), over=over, start=start, progress=False, **options)
     assert "no_impacts" not in plane.motion.attrs["flag_meanings"]
@@ -100,7 +102,7 @@ def test_what_impacts_without_forcing_is_not_without_impacts() -> None:
 def test_a_stored_plane_is_drawn_when_it_is_opened_again(tmp_path: Path) -> None:
     pytest.importorskip("zarr")
     over = {"omega": np.linspace(1.0, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
-    options = {"over": over, "start": START, "settle": 50, "progress": False}
+    options = {"over": over, "start": START, "settle_periods": 50, "progress": False}
     plane = vi.plane(SET_A, store=tmp_path / "plane.zarr", **options)
     again = xr.open_zarr(tmp_path / "plane.zarr", consolidated=False)
     pictures = [plot_plane(one, variable="impacts") for one in (plane, again)]
@@ -111,7 +113,7 @@ def test_a_stored_plane_is_drawn_when_it_is_opened_again(tmp_path: Path) -> None
 def test_what_a_store_does_not_hold_yet_is_not_computed(tmp_path: Path) -> None:
     pytest.importorskip("zarr")
     over = {"omega": np.linspace(1.0, 1.2, 3), "half_clearance": np.array([4.0, 5.0])}
-    options = {"over": over, "start": START, "settle": 50, "progress": False}
+    options = {"over": over, "start": START, "settle_periods": 50, "progress": False}
     vi.plane(SET_A, store=tmp_path / "plane.zarr", tile=2, observe="lyapunov", **options)
     (tmp_path / "plane.zarr" / "end" / "c" / "0" / "0").unlink()
     partial = xr.open_zarr(tmp_path / "plane.zarr", consolidated=False)
@@ -127,7 +129,7 @@ def test_what_a_store_does_not_hold_yet_is_not_computed(tmp_path: Path) -> None:
 
 
 def test_the_attributes_say_how_attractors_and_ways_were_asked_for() -> None:
-    options = {"settle": 20, "periods": 10, "progress": False}
+    options = {"settle_periods": 20, "periods": 10, "progress": False}
     over = {"omega": [1.1, 1.2]}
     both = vi.bifurcation_sweep(SET_A, over=over, start=START, points=3, **options)
     assert (both.attrs["way"], both.attrs["follow"]) == ("both", "omega, -omega")
@@ -150,7 +152,7 @@ def test_a_plane_of_other_than_two_parameters_is_refused() -> None:
 
 def test_a_diagram_goes_up_and_comes_back_from_where_it_ended() -> None:
     omegas = np.linspace(0.94, 0.96, 5)
-    options = {"settle": 400, "periods": 40, "progress": False}
+    options = {"settle_periods": 400, "periods": 40, "progress": False}
     both = vi.bifurcation_sweep(SET_B, over={"omega": omegas}, start=START, points=12, **options)
     assert dict(both.v1.sizes) == {"direction": 2, "omega": 5, "point": 12}
     state = START
@@ -159,7 +161,7 @@ def test_a_diagram_goes_up_and_comes_back_from_where_it_ended() -> None:
             damper = replace(SET_B, omega=omega)
             here = both.sel(direction=way, omega=omega)
             alone = vi.sweep(
-                damper, over={"omega": [omega]}, start=state, observe="final", settle=400,
+                damper, over={"omega": [omega]}, start=state, observe="final", settle_periods=400,
                 periods=40, progress=False,
             ).isel(omega=0)  # fmt: skip
             np.testing.assert_array_equal(here.final_position, alone.final_position)
@@ -205,7 +207,7 @@ def test_misuse_of_a_diagram_is_refused() -> None:
 
 
 def test_both_ways_do_not_fit_into_one_store(tmp_path: Path) -> None:
-    asked = {"over": {"omega": [1.1, 1.2]}, "start": START, "settle": 5, "progress": False}
+    asked = {"over": {"omega": [1.1, 1.2]}, "start": START, "settle_periods": 5, "progress": False}
     with pytest.raises(vi.InvalidParameterError, match='way = "down" with another store'):
         vi.bifurcation_sweep(SET_A, store=tmp_path / "both.zarr", **asked)
     pytest.importorskip("zarr", reason="the extra `store` is not installed")
@@ -215,7 +217,7 @@ def test_both_ways_do_not_fit_into_one_store(tmp_path: Path) -> None:
 
 def test_a_diagram_goes_down_from_the_start_if_nothing_ran_at_the_top() -> None:
     """The free mass is at 4, the stops are at half_clearance: it is behind them up to 3."""
-    asked = {"start": vi.State((0.0, 4.0), (0.0, 0.0)), "settle": 5, "progress": False}
+    asked = {"start": vi.State((0.0, 4.0), (0.0, 0.0)), "settle_periods": 5, "progress": False}
     none = vi.bifurcation_sweep(SET_A, over={"half_clearance": [1.0, 3.0]}, **asked)
     assert (none.end == MemberStatus.INITIAL_PENETRATION).all()
     assert none.v1.isnull().all()
@@ -297,7 +299,7 @@ def test_motions_that_come_to_rest_are_named_by_their_stop() -> None:
     )  # fmt: skip
     found = vi.basins(
         free, over={"x1": [0.5, 1.0, 2.0], "v1": [0.0, 1.0]}, start=vi.State((0.0,), (0.0,)),
-        settle=10, periods=3, stop="B", progress=False,
+        settle_periods=10, periods=3, stop="B", progress=False,
     )  # fmt: skip
     assert found.name.values.tolist() == ["at rest on stop B"]
     assert float(found.share.item()) == 1.0
@@ -323,7 +325,9 @@ def test_starts_in_chaos_lead_to_one_attractor() -> None:
 def test_members_that_settle_slowly_make_no_attractor_of_their_own() -> None:
     """The multiplier of the 1-1-1 orbit is 0.9936: 400 periods leave 8%, above the tolerance."""
     axis = np.linspace(-6.0, 6.0, 4)
-    found = vi.basins(SET_B, over={"x1": axis, "v1": axis}, start=START, settle=400, progress=False)
+    found = vi.basins(
+        SET_B, over={"x1": axis, "v1": axis}, start=START, settle_periods=400, progress=False
+    )
     assert sorted(found.name.values) == ["1-1-1 a", "8-8-8 a", "8-8-8 b"]
 
 
@@ -332,7 +336,7 @@ def test_members_that_are_on_their_way_go_on_until_they_are_where_they_lead(
 ) -> None:
     """80 periods leave 0.9936^80 = 60% of the distance to 1-1-1; 2000 leave 3e-6."""
     over = {name: basins_b[name].values for name in ("x1", "v1")}
-    early = vi.basins(SET_B, over=over, start=START, settle=30.25, progress=False)
+    early = vi.basins(SET_B, over=over, start=START, settle_periods=30.25, progress=False)
     assert sorted(early.name.values) == sorted(basins_b.name.values)
     assert (early.attractor.values >= 0).all()
     for i, name in enumerate(early.name.values):
@@ -346,11 +350,17 @@ def test_an_interruption_while_members_go_on_says_what_is_kept(tmp_path: Path) -
     pytest.importorskip("zarr")
     axis = np.linspace(-6.0, 6.0, 9)
 
-    def stop(_: int, total: int) -> None:
-        if total < axis.size**2:
+    def stop(report: vi.ProgressReport) -> None:
+        assert report.total is not None
+        if report.total < axis.size**2:
             raise KeyboardInterrupt
 
-    options = {"over": {"x1": axis, "v1": axis}, "start": START, "settle": 30, "progress": stop}
+    options = {
+        "over": {"x1": axis, "v1": axis},
+        "start": START,
+        "settle_periods": 30,
+        "progress": stop,
+    }
     with pytest.raises(KeyboardInterrupt, match="towards their attractors; nothing is kept"):
         vi.basins(SET_B, **options)
     with pytest.raises(KeyboardInterrupt, match=r"the window is whole in .*basins\.zarr"):
@@ -360,7 +370,7 @@ def test_an_interruption_while_members_go_on_says_what_is_kept(tmp_path: Path) -
 def test_what_drifts_towards_its_next_impact_is_not_without_impacts() -> None:
     """In 55 periods the free mass moves by 1.5 of the 8 to its stop."""
     over = {"x1": [0.0, 0.1], "v1": [0.0, 0.1]}
-    options = {"over": over, "settle": 5, "progress": False}
+    options = {"over": over, "settle_periods": 5, "progress": False}
     slow, still = (vi.State((0.0, 0.0), (0.0, speed)) for speed in (4e-3, 0.0))
     found = vi.basins(SET_B, start=slow, **options)
     assert (found.impacts_a + found.impacts_b == 0).all()
@@ -386,7 +396,9 @@ def test_motions_that_never_meet_the_section_are_told_apart_by_their_symbol() ->
     ]
     assert names[0] == names[1]
     assert names[0][0].endswith("-0 a")  # impacts at A alone
-    short = vi.basins(wall, over=over, start=start, stop="B", settle=0, periods=2, progress=False)
+    short = vi.basins(
+        wall, over=over, start=start, stop="B", settle_periods=0, periods=2, progress=False
+    )
     assert short.name.values.tolist() == ["not periodic a"]
     assert short.kind.values.tolist() == ["undecided"]
 
@@ -396,7 +408,12 @@ def test_motions_that_never_meet_the_section_are_counted_by_their_symbol() -> No
     walls = vi.Family(one_sided, omega=0.8)
     for stop in ("A", "B"):
         met = vi.multistability(
-            walls, over={"omega": [0.8, 1.5]}, start=starts, settle=300, stop=stop, progress=False
+            walls,
+            over={"omega": [0.8, 1.5]},
+            start=starts,
+            settle_periods=300,
+            stop=stop,
+            progress=False,
         )
         assert met.attractors.values.tolist() == [1, 1]
 
@@ -404,7 +421,12 @@ def test_motions_that_never_meet_the_section_are_counted_by_their_symbol() -> No
 def test_attractors_beyond_the_limit_are_not_matched() -> None:
     axis = np.linspace(-6.0, 6.0, 5)
     found = vi.basins(
-        SET_B, over={"x1": axis, "v1": axis}, start=START, settle=2000, most=1, progress=False
+        SET_B,
+        over={"x1": axis, "v1": axis},
+        start=START,
+        settle_periods=2000,
+        most=1,
+        progress=False,
     )
     assert len(found.name) == 1
     words = flags(found.attractor)
@@ -453,7 +475,7 @@ def test_where_every_start_is_behind_a_stop_there_is_no_attractor() -> None:
 def test_the_count_is_that_of_the_basins(basins_b: xr.Dataset) -> None:
     axis = np.linspace(-6.0, 6.0, 9)
     met = vi.multistability(
-        SET_B, over={"omega": [0.945, 1.0]}, settle=2000, progress=False,
+        SET_B, over={"omega": [0.945, 1.0]}, settle_periods=2000, progress=False,
         start=vi.GridStarts({"x1": axis, "v1": axis}, START),
     )  # fmt: skip
     assert int(met.attractors[0]) == len(basins_b.name)
@@ -464,14 +486,16 @@ def test_a_torus_near_locking_is_counted_once() -> None:
     """Next to 2/5 sixteen points of a member come in five heaps."""
     near = replace(SET_B, omega=0.99, half_clearance=9.5)
     starts = vi.RandomStarts(16, 1, {"x1": (-6.0, 6.0), "v1": (-6.0, 6.0)}, START)
-    met = vi.multistability(near, over={"omega": [0.99]}, start=starts, settle=1000, progress=False)
+    met = vi.multistability(
+        near, over={"omega": [0.99]}, start=starts, settle_periods=1000, progress=False
+    )
     assert met.attractors.item() == 1
 
 
 def test_where_one_orbit_attracts_every_start_one_is_counted() -> None:
     starts = vi.RandomStarts(6, 2, {"x1": (-3.0, 3.0), "v1": (-3.0, 3.0)}, START)
     over = {"omega": [1.1, 1.2], "half_clearance": [4.5, 5.0, 5.5]}
-    met = vi.multistability(SET_A, over=over, start=starts, settle=1000, progress=False)
+    met = vi.multistability(SET_A, over=over, start=starts, settle_periods=1000, progress=False)
     np.testing.assert_array_equal(met.attractors, np.ones((2, 3)))
 
 
@@ -479,7 +503,7 @@ def test_motion_without_impacts_counts_as_one() -> None:
     """The main mass swings by 1 / (1.2^2 - 0.5^2) < 5 and leaves a free mass at rest alone."""
     starts = vi.GridStarts({"v2": [0.0, 0.001, 1.0], "v1": [0.0, -0.1]}, START)
     met = vi.multistability(
-        SET_A, over={"omega": [1.2]}, start=starts, settle=6000, periods=100, progress=False
+        SET_A, over={"omega": [1.2]}, start=starts, settle_periods=6000, periods=100, progress=False
     )
     assert met.attractors.values.tolist() == [2]
 

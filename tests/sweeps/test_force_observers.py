@@ -20,7 +20,7 @@ def observed(m: vi.Mechanism, start: vi.State, periods: float, observe: Any, set
     starts = vi.ListedStarts(
         np.array([start.position]), np.array([start.velocity]), np.array([start.phase])
     )
-    found = vi.sweep(m, over={}, start=starts, observe=observe, settle=settle, periods=periods,
+    found = vi.sweep(m, over={}, start=starts, observe=observe, settle_periods=settle, periods=periods,
                      most_impacts=100_000, progress=False)  # fmt: skip
     assert found.end.values[0] == 0
     return found.isel(start=0)
@@ -175,7 +175,7 @@ def test_a_sweep_of_kicks_has_the_bits_of_single_runs() -> None:
     )  # fmt: skip
     start = vi.State((0.0,), (0.5,))
     over = {"elements[1].impulses[0][0]": [0.5, 0.8, 1.1], "mass[0][0]": [1.0, 1.3]}
-    found = vi.sweep(m, over=over, start=start, settle=0.0, periods=20, observe="final",
+    found = vi.sweep(m, over=over, start=start, settle_periods=0.0, periods=20, observe="final",
                      progress=False)  # fmt: skip
     assert vi.rerun_sweep(found, progress=False).identical(found)
     for (i, p), (j, mass) in itertools.product(*(enumerate(x) for x in over.values())):

@@ -48,7 +48,7 @@ SWEEPS: dict[str, dict[str, Any]] = {
 
 
 def swept(name: str, **options: Any) -> xr.Dataset:
-    usual = {"observe": ["final", "symbol"], "settle": 10, "periods": 5, "progress": False}
+    usual = {"observe": ["final", "symbol"], "settle_periods": 10, "periods": 5, "progress": False}
     return vi.sweep(**(SWEEPS[name] | usual | options))
 
 

@@ -82,7 +82,7 @@ def test_a_motion_without_impacts_has_states_at_a_phase() -> None:
     omegas = np.array([0.3, 1.7, 2.6])
     diagram = vi.bifurcation_sweep(
         vi.Family(system, omega=1.0), over={"omega": omegas}, start=vi.State((0.0,), (0.0,)),
-        points=4, at_phase=1.0, settle=400, progress=False,
+        points=4, at_phase=1.0, settle_periods=400, progress=False,
     )  # fmt: skip
     z = 0.5 * np.exp(1j) / (1.0 - omegas**2 + 0.1j * omegas)
     assert dict(diagram.x1.sizes) == {"direction": 2, "omega": 3, "strobe": 4}

@@ -182,7 +182,7 @@ def test_tangents_in_lanes_have_the_bits_of_tangents_alone(
     def seen(exponents: str) -> Any:
         return vi.sweep(
             system, over=grid, start=start, observe=[exponents, "final", "shares"],
-            settle=20, periods=20, workers=1, progress=False,
+            settle_periods=20, periods=20, workers=1, progress=False,
         )  # fmt: skip
 
     lanes, alone = seen("lyapunov"), seen("spectrum")

@@ -296,7 +296,9 @@ def test_sections_of_several_lengths_have_dimensions_of_their_own() -> None:
     start = vi.State((0.0, 0.0), (0.0, 1.0))
     over = {"omega": [1.2, 1.21]}
     damper = paper_damper("A", 1.2)
-    found = vi.sweep(damper, over=over, start=start, observe=sections, settle=50, progress=False)
+    found = vi.sweep(
+        damper, over=over, start=start, observe=sections, settle_periods=50, progress=False
+    )
     assert found["section_position"].dims == ("omega", "point", "coordinate")
     assert found["section_lower_position"].dims == ("omega", "point_lower", "coordinate")
     assert dict(found.sizes) == {"omega": 2, "point": 3, "coordinate": 2, "point_lower": 2}

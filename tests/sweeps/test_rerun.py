@@ -15,7 +15,7 @@ import vibroimpact as vi
 
 DAMPER = paper_damper("A", 1.0)
 START = vi.State((0.1, 0.0), (0.0, 1.0), 0.5)
-SHORT = {"settle": 21.5, "periods": 7, "most_impacts": 900, "progress": False}
+SHORT = {"settle_periods": 21.5, "periods": 7, "most_impacts": 900, "progress": False}
 GRID = {"omega": np.linspace(1.0, 1.2, 3), "half_clearance": [4.0, 9.0]}
 LISTED = vi.ListedStarts([[0.0, 0.1], [0.2, 0.3]], [[0.0, 1.0], [1.0, 0.0]], [0.0, 0.1])
 RANDOM = vi.RandomStarts(3, 7, {"x1": (-1.0, 1.0), "phase": (0.0, 6.0)}, START, first=2)
@@ -101,8 +101,10 @@ def test_a_store_that_is_opened_gives_its_sweep(tmp_path: Path) -> None:
 
 def test_what_is_given_is_asked_instead() -> None:
     found = MADE["a sweep"]()
-    longer = vi.rerun_sweep(found, settle=30, observe="final", progress=False)
-    expected = vi.sweep(DAMPER, over=GRID, start=START, observe="final", **SHORT | {"settle": 30})
+    longer = vi.rerun_sweep(found, settle_periods=30, observe="final", progress=False)
+    expected = vi.sweep(
+        DAMPER, over=GRID, start=START, observe="final", **SHORT | {"settle_periods": 30}
+    )
     xr.testing.assert_identical(longer, expected)
 
 

@@ -30,7 +30,7 @@ from vibroimpact.sweeps.member_status import MemberStatus
 DAMPER = paper_damper("A", 1.2)
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))
 OVER = {"omega": np.linspace(1.0, 1.2, 5), "half_clearance": np.linspace(2.0, 5.0, 4)}
-SHORT = {"settle": 20, "periods": 10, "progress": False}
+SHORT = {"settle_periods": 20, "periods": 10, "progress": False}
 FINAL = ("final_position", "final_velocity", "final_phase")
 
 
@@ -89,7 +89,7 @@ def test_without_forcing_lengths_are_times():
         elements=(vi.RigidStop((1.0,), lower=0.0, restitution=1.0),),
     )  # fmt: skip
     start = vi.GridStarts({"x1": [0.5, 2.0]}, vi.State((1.0,), (0.0,)))
-    found = vi.sweep(ball, over={}, start=start, observe="final", settle=0, periods=7.0,
+    found = vi.sweep(ball, over={}, start=start, observe="final", settle_periods=0, periods=7.0,
                      progress=False)  # fmt: skip
     assert found.time.values.tolist() == [7.0, 7.0]
     # an elastic ball of height h returns every 2 sqrt(2 h): seven units are 3.5 returns from 1/2
@@ -125,7 +125,7 @@ def test_ordinary_chatter_never_meets_the_default_cap(seed):
     over = {"omega": [0.01, 0.1 ** rng.uniform(0.0, 2.0)], "restitution": [0.7, 0.9, 0.97]}
     found = vi.sweep(
         vi.Family(masses, omega=0.1, restitution=0.9), over=over, start=start,
-        observe=["impacts", "shares"], settle=5, periods=15, progress=False,
+        observe=["impacts", "shares"], settle_periods=5, periods=15, progress=False,
     )  # fmt: skip
     assert (found.end == MemberStatus.OK).all()
     slow = found.isel(omega=0)
@@ -237,7 +237,7 @@ def test_following_with_incommensurate_lines_goes_on_at_the_same_instant():
     start = vi.State((0.0,), (0.3,), 0.4)
     same = [0.1, np.nextafter(0.1, 1.0)]  # as good as one value
     asked = {"over": {"damping[0][0]": same}, "follow": "damping[0][0]", "start": start}
-    length = {"settle": 0, "periods": 1.5, "progress": False}
+    length = {"settle_periods": 0, "periods": 1.5, "progress": False}
     twice = vi.sweep(system(0.1), observe="final", **asked, **length)
     run = vi.simulate(system(0.1), start, t_max=2 * 1.5 * 2 * math.pi / 1.3)
     # rounding of three periods' motion, grown by impacts that are few and not near grazing
@@ -247,7 +247,9 @@ def test_following_with_incommensurate_lines_goes_on_at_the_same_instant():
 
 def test_a_stop_that_moves_past_a_followed_member_takes_it_along():
     clearances = np.linspace(1.0, 6.0, 41)
-    found = swept({"half_clearance": clearances}, follow="-half_clearance", settle=0, periods=0.3)
+    found = swept(
+        {"half_clearance": clearances}, follow="-half_clearance", settle_periods=0, periods=0.3
+    )
     ends = found.final_position.values @ [-1.0, 1.0]
     behind = np.abs(ends[1:]) > clearances[:-1]
     assert behind.any()  # the case is met: somewhere the next stop lies inside
@@ -278,7 +280,7 @@ def test_a_dataset_goes_to_netcdf_and_back(tmp_path: Path):
 def test_the_attributes_say_everything_that_was_asked():
     starts = vi.RandomStarts(3, 5, {"v1": (-1.0, 1.0)}, PLAIN)
     attrs = swept(start=starts, follow="-omega").attrs
-    assert attrs["settle"] == 20
+    assert attrs["settle_periods"] == 20
     assert attrs["periods"] == 10
     assert attrs["follow"] == "-omega"
     assert json.loads(attrs["start"])["base"]["velocity"] == [0.0, 1.0]
@@ -294,7 +296,7 @@ def test_the_value_of_a_swept_parameter_in_the_given_system_is_of_no_consequence
 
 def test_progress_counts_members():
     told: list[tuple[int, int]] = []
-    swept(tile=8, progress=lambda done, total: told.append((done, total)))
+    swept(tile=8, progress=lambda report: told.append((report.done, report.total)))
     assert told[-1] == (20, 20)
     assert [done for done, _ in told] == sorted({done for done, _ in told})
 
@@ -306,7 +308,7 @@ def test_progress_on_a_terminal_shows_the_rate_and_the_time_left(monkeypatch):
 
     monkeypatch.setattr(progress.time, "monotonic", itertools.count().__next__)
     terminal = Terminal()
-    bar = progress.Progress(1, stream=terminal)
+    bar = progress.Display(1, stream=terminal)
     assert [*bar.track("sweep", [30, 70], 100, size=int, unit="members")] == [30, 70]
     drawn = terminal.getvalue().split("\r")
     assert re.search(r"sweep +\.{24}$", drawn[2])
@@ -376,10 +378,10 @@ BAD = {
     "a state of another system": ({"start": vi.State((0.0,), (0.0,))}, r"shape \(1,\)"),
     "following no axis": ({"follow": "zeta"}, "follow = 'zeta': must be None or one of 'omega'"),
     "following what is no name": ({"follow": 5}, "follow = 5"),
-    "a window for ever": ({"periods": 1e30}, "settle . periods = 1e.30: must be shorter"),
+    "a window for ever": ({"periods": 1e30}, "settle_periods . periods = 1e.30: must be shorter"),
     "impacts for ever": ({"most_impacts": 10**20}, "must be at most 1125899906842624"),
     "a store that is no name": ({"store": 5}, "store = 5: must be the name of a file or a folder"),
-    "a negative length": ({"settle": -1}, "settle = -1"),
+    "a negative length": ({"settle_periods": -1}, "settle_periods = -1"),
     "no length": ({"periods": 0}, "periods = 0"),
     "no impacts": ({"most_impacts": 0}, "most_impacts = 0"),
     "no workers": ({"workers": 0}, "workers = 0"),

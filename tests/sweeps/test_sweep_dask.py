@@ -29,7 +29,7 @@ OVER = {"omega": np.linspace(1.0, 1.2, 8), "half_clearance": np.linspace(2.0, 5.
 
 def swept(**options):
     asked = {
-        "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle": 20, "periods": 10,
+        "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle_periods": 20, "periods": 10,
         "progress": False,
     }  # fmt: skip
     return vi.sweep(paper_damper("A", 1.2), **(asked | options))
@@ -82,10 +82,10 @@ def test_a_worker_that_dies_loses_nothing(cluster):
     workers = list(cluster.run(os.getpid).values())
     told: list[int] = []
 
-    def kill(done: int, _: int) -> None:
+    def kill(report: vi.ProgressReport) -> None:
         if not told:
             os.kill(workers[0], signal.SIGKILL)
-        told.append(done)
+        told.append(report.done)
 
     found = swept(backend="dask", client=cluster, tile=2, progress=kill)
     assert told[-1] == 48
@@ -137,7 +137,7 @@ def lone():
 
 def after(members, act):
     """Act once, when so many members are done."""
-    return lambda done, _: act() if done == members else None
+    return lambda report: act() if report.done == members else None
 
 
 class Leaving(distributed.SchedulerPlugin):
@@ -162,7 +162,7 @@ def without_workers(client):
 def assert_resumes(store: Path, done: int):
     """The same call computes what is missing, and only that; with the store the bits are equal."""
     totals: list[int] = []
-    found = swept(store=store, progress=lambda _, total: totals.append(total))
+    found = swept(store=store, progress=lambda report: totals.append(report.total))
     assert totals[0] == 48 - done
     xr.testing.assert_identical(found.load(), swept())
 

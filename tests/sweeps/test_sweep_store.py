@@ -26,7 +26,7 @@ DAMPER = paper_damper("A", 1.2)
 PLAIN = vi.State((0.0, 0.0), (0.0, 1.0))
 OVER = {"omega": np.linspace(1.0, 1.2, 4), "half_clearance": np.linspace(2.0, 5.0, 6)}
 ASKED = {
-    "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle": 20, "periods": 10,
+    "over": OVER, "start": PLAIN, "observe": ("symbol", "final"), "settle_periods": 20, "periods": 10,
     "progress": False,
 }  # fmt: skip
 TILES = 8  # of three members
@@ -41,7 +41,7 @@ vi.sweep(
     vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
                     half_clearance=5.0, omega=1.2),
     over={"omega": np.linspace(1.0, 1.2, 4), "half_clearance": np.linspace(2.0, 5.0, 6)},
-    start=vi.State((0.0, 0.0), (0.0, 1.0)), observe=("symbol", "final"), settle=20, periods=10,
+    start=vi.State((0.0, 0.0), (0.0, 1.0)), observe=("symbol", "final"), settle_periods=20, periods=10,
     tile=3, store=sys.argv[1], progress=%s,
 )
 """
@@ -77,7 +77,9 @@ def assert_resumes(store: Path, tiles: int = TILES, **options) -> None:
     """What is there is kept, the rest is computed, and all has the bits of an undisturbed sweep."""
     chunks = {f: f.stat().st_mtime_ns for f in (store / END / "c").rglob("*") if f.is_file()}
     told: list[tuple[int, int]] = []
-    found = swept(store, progress=lambda done, total: told.append((done, total)), **options)
+    found = swept(
+        store, progress=lambda report: told.append((report.done, report.total)), **options
+    )
     missing = 24 - 24 // tiles * len(chunks)
     assert told[-1:] == ([(missing, missing)] if missing else [])
     assert all(f.stat().st_mtime_ns == t for f, t in chunks.items())
@@ -193,8 +195,8 @@ def test_an_interrupted_sweep_says_how_to_go_on_and_does(tmp_path: Path):
     stopped = child(
         store,
         """
-        def interrupt(done, total):
-            if done == 6:
+        def interrupt(report):
+            if report.done == 6:
                 os.kill(os.getpid(), signal.SIGINT)
         """,
         progress="interrupt",
@@ -244,7 +246,7 @@ def impatient(*running, **how):
 
 threads.wait = impatient
 try:
-    vi.sweep(damper, over={{"omega": np.linspace(1.0, 1.2, %d)}}, settle=2000, periods=10,
+    vi.sweep(damper, over={{"omega": np.linspace(1.0, 1.2, %d)}}, settle_periods=2000, periods=10,
              start=vi.State((0.0, 0.0), (0.0, 1.0)), tile=50_000, follow=%r, progress=False)
 finally:
     assert not interrupts
@@ -270,13 +272,13 @@ def interrupt():
 
 threading.Thread(target=interrupt).start()
 vi.sweep(%s, over={{"omega": [1.0, 1.2]}}, start=vi.State((0.0, 0.0), (0.0, 1.0)), observe=%r,
-         settle=%g, periods=1e9, most_impacts=10**12, progress=False)
+         settle_periods=%g, periods=1e9, most_impacts=10**12, progress=False)
 """
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("system", "observe", "settle"),
+    ("system", "observe", "settle_periods"),
     [
         ("damper", "impacts", 1.0),
         ("damper", "impacts", 1e9),
@@ -292,7 +294,7 @@ def test_an_interruption_ends_the_members_under_way(system: str, observe: str, s
 
 
 def test_an_interruption_without_a_store_says_that_nothing_is_kept():
-    def interrupt(*_: int) -> None:
+    def interrupt(_: vi.ProgressReport) -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt, match="nothing is kept"):
@@ -305,8 +307,8 @@ def test_a_failing_disc_ends_with_a_clear_error_and_a_store_that_resumes(tmp_pat
     failed = child(
         store,
         """
-        def limit(done, total):
-            if done == 6:
+        def limit(report):
+            if report.done == 6:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (40, resource.RLIM_INFINITY))
         """,
         progress="limit",
@@ -335,8 +337,8 @@ def test_a_full_disc_ends_with_a_clear_error_and_a_store_that_resumes(small_disc
     ballast = small_disc / "ballast"
     store = small_disc / "sweep.zarr"
 
-    def fill(done: int, _: int) -> None:
-        if done == 6:
+    def fill(report: vi.ProgressReport) -> None:
+        if report.done == 6:
             with ballast.open("wb", buffering=0) as file:
                 try:
                     while file.write(b"\0" * 4096):
@@ -378,7 +380,7 @@ OTHER = {
         r"start.base.velocity\[1\] = 2.0, not 1.0",
     ),
     "the observers": ({"observe": "final"}, r"observe\[0\].observer = 'final', not 'symbol'"),
-    "the window": ({"settle": 21}, "window.settle = 21.0, not 20.0"),
+    "the window": ({"settle_periods": 21}, "window.settle_periods = 21.0, not 20.0"),
     "the cap": ({"most_impacts": 9999}, "window.most_impacts = 9999, not"),
     "following": ({"follow": "omega"}, "follow = 'omega', not None"),
 }
@@ -400,7 +402,7 @@ def test_a_store_of_another_sweep_is_refused_with_what_differs(complete, options
 
 def test_a_store_that_was_refused_is_as_it_was(complete):
     with pytest.raises(vi.InvalidParameterError):
-        swept(complete, settle=21)
+        swept(complete, settle_periods=21)
     assert_resumes(complete)
 
 

@@ -578,8 +578,8 @@ def test_continuation_refuses_what_it_cannot_follow(known: vi.Circle) -> None:
 
 
 def test_an_interruption_keeps_the_circles_so_far(known: vi.Circle) -> None:
-    def stop(points: int, _value: float) -> None:
-        if points == 3:
+    def stop(report: vi.ProgressReport) -> None:
+        if report.done == 3:
             raise KeyboardInterrupt
 
     family = vi.continue_circle(known, "p", (0.4, 0.8), progress=stop)

@@ -292,7 +292,7 @@ def test_bad_tables_are_refused_with_file_line_and_value(
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), steps=5, rate=1.0), "one of them"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), row="v1"), "coordinates"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), rate=1e-9), "at most 100000 steps"),
-    (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), settle=3), "settle"),
+    (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), settle_periods=3), "settle_periods"),
 ])  # fmt: skip
 def test_misuse_names_the_value_and_what_to_do(call: Any, said: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=said):

@@ -1,4 +1,4 @@
-"""A small progress display on standard error."""
+"""How far a long work has come: told to a function, or displayed on standard error."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TextIO, TypeVar
+from typing import NamedTuple, TextIO, TypeVar
 
 from vibroimpact._core.errors import warn
 
@@ -26,8 +26,37 @@ CLEARLY = 1 / 8  # of LONG: what is expected to take less is not measured longer
 LOGGED = 60.0  # seconds between two lines of a stage that lasts, where there is no terminal
 
 
+class ProgressReport(NamedTuple):
+    """How far a work has come, as a function given as ``progress`` is told.
+
+    ``progress=print`` prints it as a sentence.
+
+    Attributes
+    ----------
+    stage
+        What is done.
+    done
+        How much of it: points, circles, members, machines.
+    total
+        Of so many; None where the end is not known.
+    text
+        The same in words.
+    """
+
+    stage: str
+    done: int
+    total: int | None
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.stage}: {self.text}"
+
+
+ProgressOption = bool | Callable[[ProgressReport], object]
+
+
 @dataclass
-class Progress:
+class Display:
     """Show the stage, the fraction done and the time left.
 
     On a terminal one line is redrawn; elsewhere each stage prints one line when it begins, and one
@@ -54,6 +83,10 @@ class Progress:
         """Begin the next stage."""
         self._number, self._name, self._drawn = self._number + 1, name, time.monotonic()
         self._line("")
+
+    def show(self, report: ProgressReport) -> None:
+        """Show a report of the work of this stage."""
+        self.note(report.text)
 
     def note(self, text: str) -> None:
         """Show how far a stage without a known end has come."""
@@ -123,23 +156,70 @@ class Progress:
             stream.flush()
 
 
-class Sentences:
-    """How far one stage has come, in sentences: on standard error, or to a function."""
+class Reporter:
+    """Tells how far one stage has come: on standard error, to a function, or to nobody.
 
-    def __init__(self, progress: bool | Callable[[str], object], stage: str) -> None:
+    Parameters
+    ----------
+    progress
+        True, a function, or False.
+    stage
+        What is done.
+    """
+
+    def __init__(self, progress: ProgressOption, stage: str) -> None:
         self._to = progress if callable(progress) else None
-        self._bar = Progress(1, quiet=progress is not True)
-        self._bar.stage(stage)
+        self._bar = Display(1, quiet=progress is not True)
+        self._stage, self._begun = stage, False
 
-    def say(self, text: str) -> None:
-        """Report a sentence."""
-        if self._to is not None:
-            self._to(text)
+    def __enter__(self) -> Reporter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.close()
+
+    def say(self, text: str, done: int = 0, total: int | None = None) -> None:
+        """Tell in words."""
+        self._begin()
+        self._tell(text, done, total)
         self._bar.note(text)
 
-    def close(self) -> None:
-        """Remove the live line."""
-        self._bar.close()
+    def counted(self, what: str, name: str) -> Callable[[int, float], None]:
+        """A function of a count and the value of a parameter that tells both."""
+        self._begin()
+        return lambda count, value: self.say(f"{count} {what}, {name} = {value:.6g}", count)
+
+    def track(
+        self,
+        items: Iterable[Item],
+        total: int,
+        what: str,
+        *,
+        size: Callable[[Item], int] = lambda _: 1,
+    ) -> Iterator[Item]:
+        """Yield items, and tell after each how many of the total are done.
+
+        Parameters
+        ----------
+        what
+            Things that are counted, in the plural.
+        size
+            How many of them an item stands for.
+        """
+        done = 0
+        for item in self._bar.track(self._stage, items, total, size=size, unit=what):
+            yield item
+            done += size(item)
+            self._tell(f"{done} of {total} {what}", done, total)
+
+    def _begin(self) -> None:
+        if not self._begun:
+            self._begun = True
+            self._bar.stage(self._stage)
+
+    def _tell(self, text: str, done: int, total: int | None) -> None:
+        if self._to is not None:
+            self._to(ProgressReport(self._stage, done, total, text))
 
 
 class Announcement:

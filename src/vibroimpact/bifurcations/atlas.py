@@ -12,15 +12,16 @@ Assumes     what curves and switching assume. Curves that none of this reaches (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, check_flag, check_function, check_kind
+from vibroimpact._core.checks import check_count, check_flag, check_kind, check_progress
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import (
@@ -54,8 +55,6 @@ THROUGH = {  # kinds of the curves of one orbit that pass through a point
     "PDNS": ("PD", "NS"),
 }  # fmt: skip
 SWITCHED = ("R2", "R3", "R4", "GPD", "LPPD", "PDNS")
-
-AtlasProgress = Callable[[int, str], None]
 
 
 @dataclass(frozen=True)
@@ -198,7 +197,7 @@ def bifurcation_atlas(
     levels: int = 1,
     most: int = 40,
     steps: Steps | None = None,
-    progress: AtlasProgress | None = None,
+    progress: ProgressOption = False,
 ) -> Atlas:
     """Follow all curves of bifurcations that can be reached from an orbit.
 
@@ -218,7 +217,8 @@ def bifurcation_atlas(
     steps
         Step lengths of the curves, number of points of each.
     progress
-        Called after every curve with the number of curves so far and a description of the last.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every curve, which it describes.
 
     Returns
     -------
@@ -251,22 +251,17 @@ def bifurcation_atlas(
     check_flag("touches", touches)
     check_count("levels", levels, 0)
     check_count("most", most, 1)
-    check_function("progress", progress)
+    check_progress(progress)
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
-    search = _Search(
-        names, inside, (*KINDS, *ALSO) if touches else KINDS, most, steps, progress or _quiet
-    )
-    complete = True
-    try:
-        search.from_orbit(start)
-        search.level(levels)
-    except (KeyboardInterrupt, _Enough):
-        complete = False
+    kinds, complete = (*KINDS, *ALSO) if touches else KINDS, True
+    with Reporter(progress, "atlas") as report:
+        search = _Search(names, inside, kinds, most, steps, report)
+        try:
+            search.from_orbit(start)
+            search.level(levels)
+        except (KeyboardInterrupt, _Enough):
+            complete = False
     return Atlas(names, inside, tuple(search.curves), tuple(search.failures), complete)
-
-
-def _quiet(curves: int, last: str) -> None:
-    """Report nothing."""
 
 
 class _Enough(Exception):  # noqa: N818 - it ends a search
@@ -282,7 +277,7 @@ class _Search:
     kinds: tuple[str, ...]
     most: int
     steps: Steps | None
-    progress: AtlasProgress
+    report: Reporter
     curves: list[BifurcationCurve] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     done: int = 0  # curves whose points have been followed to other curves of the same orbit,
@@ -365,7 +360,9 @@ class _Search:
 
     def _add(self, curve: BifurcationCurve) -> None:
         self.curves.append(curve)
-        self.progress(len(self.curves), f"{curve.kind} of {_symbol(curve)}, {len(curve)} points")
+        count = len(self.curves)
+        last = f"{curve.kind} of {_symbol(curve)}, {len(curve)} points"
+        self.report.say(f"{count} curves, {last}", count)
         uninterrupted(curve.curve)
         if len(self.curves) >= self.most:
             raise _Enough

@@ -21,6 +21,7 @@ from vibroimpact._core.checks import (
     vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds, Tests
 from vibroimpact.bifurcations.conditions import (
@@ -46,7 +47,7 @@ from vibroimpact.branches.family import lossless
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
 from vibroimpact.continuation.curve import End, Unresolved
-from vibroimpact.continuation.walk import CurveProgress, check_steps
+from vibroimpact.continuation.walk import check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.admissibility import Nearest
@@ -120,7 +121,7 @@ def continue_bifurcation(
     kind: str = "",
     steps: Steps | None = None,
     both: bool = True,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> BifurcationCurve:
     """Follow a bifurcation in two parameters, with all its points of codimension two.
 
@@ -141,7 +142,8 @@ def continue_bifurcation(
     both
         Follow it in both directions.
     progress
-        Called after every panel with the number of points and the second parameter.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every panel of points.
 
     Returns
     -------
@@ -178,7 +180,9 @@ def continue_bifurcation(
     check_kind("kind", kind, str, "the kind of a curve, or empty")
     start = _start(point, parameters, bounds, kind)
     inside = ranges(start.equations.names, start.a, bounds)
-    return followed(start, inside, both=both, steps=steps, progress=progress)
+    with Reporter(progress, f"curve of {start.kind}") as report:
+        told = report.counted("points", start.equations.names[1])
+        return followed(start, inside, both=both, steps=steps, progress=told)
 
 
 def continue_level(
@@ -190,7 +194,7 @@ def continue_level(
     value: float | None = None,
     steps: Steps | None = None,
     both: bool = True,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> BifurcationCurve:
     """Follow orbits on which a function keeps its value, in two parameters.
 
@@ -240,7 +244,9 @@ def continue_level(
     own = _value_at(level, z, a)
     level.level = own if value is None else real("value", value)
     start = Start("level", plane, level, nothing, z, a)
-    return followed(start, ranges(names, a, bounds), both=both, steps=steps, progress=progress)
+    with Reporter(progress, "curve of a level") as report:
+        told = report.counted("points", names[1])
+        return followed(start, ranges(names, a, bounds), both=both, steps=steps, progress=told)
 
 
 def _value_at(level: Level, z: Floats, a: Pair) -> float:

@@ -31,6 +31,7 @@ from numpy.linalg import LinAlgError
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact.bifurcations.augmented import Both
 from vibroimpact.bifurcations.continue_bifurcation import (
     Start,
@@ -64,7 +65,7 @@ from vibroimpact.bifurcations.starting_orbits import (
 )
 from vibroimpact.branches.branch import NotFound
 from vibroimpact.continuation import Steps, Stopped
-from vibroimpact.continuation.walk import CurveProgress, check_steps
+from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.special_points import NewCurve
 
@@ -80,7 +81,7 @@ class Options(NamedTuple):
 
     bounds: Both
     steps: Steps | None
-    progress: CurveProgress | None
+    report: Reporter
 
 
 @dataclass(frozen=True, repr=False)
@@ -95,7 +96,7 @@ def switch_curve(
     bounds: Both | None = None,
     *,
     steps: Steps | None = None,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> tuple[BifurcationCurve | NoCurve, ...] | NoCurve:
     """Follow the curves of bifurcations that begin at a point of codimension two.
 
@@ -139,7 +140,8 @@ def switch_curve(
         return NoCurve(point, form.reason)
     if not form.switchable:
         return NoCurve(point, form.why_not)
-    found = tuple(_curves(point, form, Options(inside, steps, progress)))
+    with Reporter(progress, f"curves from {point.label}") as report:
+        found = tuple(_curves(point, form, Options(inside, steps, report)))
     missing = [curve for curve in found if isinstance(curve, NoCurve)]
     return found if len(missing) < len(found) else missing[0]
 
@@ -160,11 +162,12 @@ def _curves(
 def _of_same_orbit(
     point: CodimensionTwoPoint, kind: str, options: Options
 ) -> BifurcationCurve | NoCurve:
-    bounds, steps, progress = options
+    bounds, steps, report = options
     names = point.problem.equations.names
     try:
         return continue_bifurcation(
-            point, names, bounds, kind=kind, steps=steps, progress=progress
+            point, names, bounds, kind=kind, steps=steps,
+            progress=lambda told: report.say(told.text, told.done),
         )  # fmt: skip
     except InvalidParameterError as error:
         return NoCurve(point, f"the curve of {kind} could not be followed: {error}")
@@ -220,9 +223,11 @@ def _leading_back(
     origin: Solution, kind: str, born: Born, options: Options
 ) -> BifurcationCurve | str:
     """The curve through a start, or why it is none that begins at the point (1)."""
-    bounds, steps, progress = options
+    bounds, steps, report = options
     try:
-        curve = emanating(kind, origin, born, bounds, steps, progress)
+        curve = emanating(
+            kind, origin, born, bounds, steps, report.counted("points", origin.equations.names[1])
+        )
         if any(end.reason is Stopped.INTERRUPTED for end in curve.ends):
             return curve
         if not all(is_inside(a, bounds) for a in curve.values.tolist()):
@@ -269,10 +274,12 @@ def _at_touch(
         return _of_same_orbit(point, new.kind, options)
     if new.period == 2:
         return _beginning(point, new, options, partial(doubled_touch, point))
-    bounds, steps, progress = options
+    bounds, steps, report = options
     try:
         start = _beside_touch(point, new.kind)
-        return followed(start, bounds, steps=steps, progress=progress)
+        return followed(
+            start, bounds, steps=steps, progress=report.counted("points", start.equations.names[1])
+        )
     except (InvalidParameterError, LinAlgError) as error:
         return NoCurve(point, f"the curve of {new} could not be followed: {error}")
 

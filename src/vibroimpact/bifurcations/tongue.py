@@ -27,6 +27,7 @@ from scipy.interpolate import CubicHermiteSpline
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
@@ -44,7 +45,7 @@ from vibroimpact.bifurcations.equations import Equations
 from vibroimpact.bifurcations.unfold import Centre, centre
 from vibroimpact.branches.branch import NotFound
 from vibroimpact.continuation import SpecialPoint, Steps
-from vibroimpact.continuation.walk import CurveProgress, check_steps
+from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
 
@@ -118,7 +119,7 @@ def tongue(
     bounds: tuple[Bounds, Bounds] | None = None,
     *,
     steps: Steps | None = None,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> Tongue | NoTongue:
     """Follow both sides of the tongue of locked orbits that begins at a weak resonance.
 
@@ -131,7 +132,8 @@ def tongue(
     steps
         Step lengths of the sides, number of points. Points are exact whatever the tolerance, by default 1e-6.
     progress
-        Called after every panel of a side with the number of points and the second parameter.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every panel of a side.
 
     Returns
     -------
@@ -162,20 +164,20 @@ def tongue(
         return NoTongue(point, form.reason)
     p, q = point.resonance
     manifold = centre(*origin, complex(np.exp(2j * math.pi * p / q)))
-    for start in _starts(manifold, form, (p, q), inside):
-        with suppress(InvalidParameterError):  # a fold too near to the tip to be followed
-            sides = []
-            for fold in start.folds:
-                sides.append(
-                    emanating(
-                        "SN", origin, Born(start.slice.solution(fold)), inside, steps or SIDES,
-                        progress, AT_TIP,
+    with Reporter(progress, f"tongue {p}/{q}") as report:
+        told = report.counted("points", tuple(point.parameters)[1])
+        for start in _starts(manifold, form, (p, q), inside):
+            with suppress(InvalidParameterError):  # a fold too near to the tip to be followed
+                sides = []
+                for fold in start.folds:
+                    born = Born(start.slice.solution(fold))
+                    sides.append(
+                        emanating("SN", origin, born, inside, steps or SIDES, told, AT_TIP)
                     )
-                )  # fmt: skip
-                uninterrupted(sides[-1].curve)
-            first, second = sides
-            if min(len(first), len(second)) > 1:
-                return Tongue(point, (first, second), start.radius)
+                    uninterrupted(sides[-1].curve)
+                first, second = sides
+                if min(len(first), len(second)) > 1:
+                    return Tongue(point, (first, second), start.radius)
     return NoTongue(
         point, "no locked orbit between two folds was found near the tip, within the bounds"
     )

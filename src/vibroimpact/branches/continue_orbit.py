@@ -10,6 +10,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_flag, range_of, vector
 from vibroimpact._core.labels import numbered
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import TOUCHES, BifurcationPoint, Branch
 from vibroimpact.branches.checks import check_parameter
@@ -20,7 +21,7 @@ from vibroimpact.branches.vanishing import passed_over, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
-from vibroimpact.continuation.walk import AT_START, CurveProgress, check_steps
+from vibroimpact.continuation.walk import AT_START, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
@@ -38,7 +39,7 @@ def continue_orbit(
     both: bool = True,
     tangent: Floats | None = None,
     stop_when: StopWhen | None = None,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> Branch:
     """Follow the branch of a periodic orbit in a parameter, with all its bifurcations.
 
@@ -63,7 +64,8 @@ def continue_orbit(
         ``branch.curve.ends``. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
         ``vi.stop.unstable(multipliers=...)``.
     progress
-        Called after every panel with the number of points and the parameter.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every panel of points.
 
     Returns
     -------
@@ -107,10 +109,12 @@ def continue_orbit(
     if tangent is not None:
         tangent = np.array(vector("tangent", tangent, z.size + 1))
     family = OrbitFamily.around(start.system, start.signature, parameter, z, high - low)
-    curve = continue_curve(
-        family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
-        stop_when=stop_rule(stop_when, family, (low, high)), progress=progress,
-    )  # fmt: skip
+    with Reporter(progress, "branch") as report:
+        curve = continue_curve(
+            family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
+            stop_when=stop_rule(stop_when, family, (low, high)),
+            progress=report.counted("points", parameter),
+        )  # fmt: skip
     return branch_of(family, curve, (low, high))
 
 

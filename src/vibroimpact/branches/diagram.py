@@ -28,12 +28,13 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
-    check_function,
     check_index,
     check_kind,
     check_memory,
+    check_progress,
 )
 from vibroimpact._core.deferred import deferred
+from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
 from vibroimpact.branches.behind import swept
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.continue_orbit import continue_orbit
@@ -43,7 +44,6 @@ from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps, Stopped
-from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME, Guess, converged, solve
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-ProgressCallback = Callable[[str], None]
+Say = Callable[[str], object]
 
 SWITCHED = ("PD", "BP", "GR", "ZERO")
 NEAR = 1e-7  # of the range: values of the parameter at one junction
@@ -206,7 +206,7 @@ def branch_diagram(
     attractors: int = 200,
     steps: Steps | None = None,
     stop_when: StopWhen | None = STOP_WHEN,
-    progress: ProgressCallback | None = None,
+    progress: ProgressOption = False,
 ) -> Diagram:
     """Follow all branches that can be reached from an orbit by switching at special points.
 
@@ -225,9 +225,9 @@ def branch_diagram(
         ``vi.stop.inadmissible()``: parts far from admissible orbits are not followed, nor anything
         beyond them; ``None`` follows all to the end of the range.
     progress
-        Called after every panel with a sentence: the branch, its origin, the parameter and the
-        number of points; at the start of a branch with the number of points left to try; and before
-        the sweep. ``progress=print`` shows it.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every panel of points, with the branch and its origin; at the start of a branch with the number of
+        points left to try; and before the sweep.
 
     Returns
     -------
@@ -263,21 +263,22 @@ def branch_diagram(
     ):
         check_count(name, value, least)
     check_memory("attractors", attractors, VALUE_BYTES, "Take fewer.")
-    check_function("progress", progress)
+    check_progress(progress)
     orbit = converged(orbit)
-    report = progress or (lambda _: None)
-    following = Following(parameter, steps, stop_when, report)
-    first = continue_orbit(orbit, parameter, bounds, **following.options("branch 0, of the orbit"))
-    low, high = first.bounds
-    tree = Tree((low, high), following)
-    tree.grow(first, depth, most)
     behind = None
-    if attractors and not tree.interrupted:
-        report(f"following a motion through {attractors} values, up and down")
-        try:
-            behind = swept(first, orbit.state, np.linspace(low, high, attractors))
-        except KeyboardInterrupt:
-            tree.interrupted = True
+    with Reporter(progress, "diagram") as report:
+        following = Following(parameter, steps, stop_when, report.say)
+        options = following.options("branch 0, of the orbit")
+        first = continue_orbit(orbit, parameter, bounds, **options)
+        low, high = first.bounds
+        tree = Tree((low, high), following)
+        tree.grow(first, depth, most)
+        if attractors and not tree.interrupted:
+            report.say(f"following a motion through {attractors} values, up and down")
+            try:
+                behind = swept(first, orbit.state, np.linspace(low, high, attractors))
+            except KeyboardInterrupt:
+                tree.interrupted = True
     return Diagram(
         parameter,
         (low, high),
@@ -303,7 +304,7 @@ class _Junction(NamedTuple):
 class _Options(TypedDict):
     steps: Steps | None
     stop_when: StopWhen | None
-    progress: CurveProgress
+    progress: ProgressOption
 
 
 class Following(NamedTuple):
@@ -312,14 +313,14 @@ class Following(NamedTuple):
     parameter: str
     steps: Steps | None
     stop_when: StopWhen | None
-    report: ProgressCallback
+    report: Say
 
     def options(self, which: str) -> _Options:
         """Keywords for a branch, whose name is reported."""
         self.report(which)
 
-        def progress(points: int, value: float) -> None:
-            self.report(f"{which}: {self.parameter} = {value:.6g}, {points} points")
+        def progress(done: ProgressReport) -> None:
+            self.report(f"{which}: {done.text}")
 
         return _Options(steps=self.steps, stop_when=self.stop_when, progress=progress)
 

@@ -25,6 +25,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_kind, range_of
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint, Branch, NotFound
 from vibroimpact.branches.continue_orbit import STEPS, branch_of
@@ -73,7 +74,7 @@ def switch_branch(
     *,
     steps: Steps | None = None,
     stop_when: StopWhen | None = None,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> Branch | NoBranch:
     """Follow the other branch through a special point.
 
@@ -115,7 +116,9 @@ def switch_branch(
         return start
     begin = stop_rule(stop_when, start.family, (low, high))
     try:
-        return _followed(start, (low, high), steps, begin, progress)
+        with Reporter(progress, "branch") as report:
+            told = report.counted("points", point.name)
+            return _followed(start, (low, high), steps, begin, told)
     except RuleError:
         raise
     except InvalidParameterError as error:  # the start does not converge
@@ -127,7 +130,7 @@ def _followed(
     bounds: Bounds,
     steps: Steps | None,
     stop_when: BeginRule | None,
-    progress: CurveProgress | None,
+    progress: CurveProgress,
 ) -> Branch:
     curve = continue_curve(
         start.family, start.z, start.parameter, bounds, tangent=start.tangent,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.atlas import bifurcation_atlas
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import case_of_branch, orbit_of
@@ -57,12 +56,9 @@ def run(arguments: argparse.Namespace) -> str:
     arguments.parameter = "omega" if "omega" in over else first
     arguments.range = over[arguments.parameter]
     start = orbit_of(arguments, case_of_branch(arguments))
-    progress = Progress(1)
-    progress.stage("atlas")
     atlas = bifurcation_atlas(
         start, (first, second), (a, b), touches=arguments.touches, levels=arguments.levels,
-        most=arguments.most, progress=lambda count, last: progress.note(f"{count} curves, {last}"),
+        most=arguments.most, progress=True,
     )  # fmt: skip
-    progress.close()
     write(targets, data=atlas.to_dataset, picture=atlas.plot)
     return str(atlas) + common.listed(targets)

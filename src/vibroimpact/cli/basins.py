@@ -54,5 +54,7 @@ def _listed(system: common.System, found: xr.Dataset) -> list[str]:
             lines.append(f"  in SI units: {common.state_in(units, state)}")
     left = share_of_starts(found["attractor"], NOT_MATCHED)
     if left:
-        lines.append(f"not matched: {100.0 * left:.3g}% of the starts. Raise --settle, or --most.")
+        lines.append(
+            f"not matched: {100.0 * left:.3g}% of the starts. Raise --settle-periods, or --most."
+        )
     return lines

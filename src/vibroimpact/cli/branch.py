@@ -120,7 +120,7 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     case = case_of_branch(arguments)
     start, stop_when = orbit_of(arguments, case), arguments.stop_when
     low, high = range_of("range", bounds, name, parameter_value(case.system, name))
-    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
+    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when, progress=True)]
     common.check_interrupted(branches[0].curve)
     for label in arguments.switch:
         point = branches[-1][label]

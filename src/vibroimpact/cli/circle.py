@@ -8,7 +8,6 @@ import math
 from matplotlib.axes import Axes
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
 from vibroimpact.cli import common
 from vibroimpact.cli.members import base_of
 from vibroimpact.cli.output import write
@@ -23,7 +22,7 @@ EXAMPLE = (
     "  vibroimpact circle impact-damper/A --omega 1.0 --along omega 0.99 1.02 --out circles.nc "
     "--out rotation.svg"
 )
-SEARCH, LIMITS = ("settle", "points"), ("tolerance", "most_nodes")
+SEARCH, LIMITS = ("settle_iterates", "points"), ("tolerance", "most_nodes")
 AXES = ("x", "y")
 ALONG = ("NAME", "LOW", "HIGH")
 
@@ -60,16 +59,13 @@ def run(arguments: argparse.Namespace) -> str:
     targets, along = common.targets_of(arguments), _along(arguments)
     case = common.case_of(arguments)
     state = base_of(arguments, case)
-    progress = Progress(1 if along is None else 2)
-    progress.stage("circle")
     circle = find_circle(
         case.system, state, symmetric=False if arguments.full_map else None,
         **common.given(arguments, SEARCH + LIMITS),
     )  # fmt: skip
     if not circle.converged:
         raise common.Failure(f"no circle was found from {state}: {circle.status}.")
-    family = None if along is None else _family(arguments, circle, along, progress)
-    progress.close()
+    family = None if along is None else _family(arguments, circle, along)
     result = circle if family is None else family
     write(targets, data=result.to_dataset, picture=lambda: _picture(arguments, circle, family))
     said = [str(case.system), *_described(case.system, circle)]
@@ -96,17 +92,12 @@ def _along(arguments: argparse.Namespace) -> Along | None:
     return parameter, (low, high)
 
 
-def _family(
-    arguments: argparse.Namespace, circle: Circle, along: Along, progress: Progress
-) -> CircleBranch:
+def _family(arguments: argparse.Namespace, circle: Circle, along: Along) -> CircleBranch:
     """The circle, followed in both directions."""
     parameter, bounds = along
-    progress.stage(f"along {parameter}")
     family = continue_circle(
-        circle, parameter, bounds,
-        progress=common.counted(progress, "circles", parameter),
-        **common.given(arguments, LIMITS),
-    )  # fmt: skip
+        circle, parameter, bounds, progress=True, **common.given(arguments, LIMITS)
+    )
     common.check_interrupted(family)
     return family
 

@@ -15,7 +15,6 @@ from typing import Any, Protocol, cast
 
 from vibroimpact._core.checks import check_target
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
-from vibroimpact._core.progress import Progress
 from vibroimpact.cli.output import DATA
 from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
 from vibroimpact.machines.machine import Machine, parameters_of
@@ -57,11 +56,6 @@ def check_interrupted(*results: _Followed) -> None:
     """Raise an interruption that a continuation reports as the reason of an end, so that nothing is written."""
     if any(end.reason.name == "INTERRUPTED" for one in results for end in one.ends):
         raise KeyboardInterrupt
-
-
-def counted(progress: Progress, what: str, name: str) -> Callable[[int, float], None]:
-    """What a continuation calls with its number of points and the value that it has reached, to show both."""
-    return lambda count, value: progress.note(f"{count} {what}, {name} = {value:.6g}")
 
 
 # ---- options from signatures ---------------------------------------------------------------------

@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.branches.branch import BifurcationPoint
@@ -108,29 +107,18 @@ def _bounds(arguments: argparse.Namespace) -> Bounds:
 
 def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCurve]:
     """The curve from the branch, and those through points of the ones before."""
-    progress = Progress(2 + len(arguments.then))
-    progress.stage("branch")
     point: BifurcationPoint | CodimensionTwoPoint = branches_of(arguments)[-1][arguments.at]
     curves: list[BifurcationCurve] = []
     for label, kind in [(arguments.at, ""), *arguments.then]:
         if kind:
             check_choice("then", label, [p.label for p in curves[-1].special_points])
             point = curves[-1][label]
-        progress.stage(f"curve through {label}")
-        curves.append(_followed(point, bounds, kind, progress))
+        (first, a), (second, b) = bounds.items()
+        curves.append(
+            continue_bifurcation(point, (first, second), (a, b), kind=kind, progress=True)
+        )
         common.check_interrupted(curves[-1])
-    progress.close()
     return curves
-
-
-def _followed(
-    point: BifurcationPoint | CodimensionTwoPoint, bounds: Bounds, kind: str, progress: Progress
-) -> BifurcationCurve:
-    (first, a), (second, b) = bounds.items()
-    return continue_bifurcation(
-        point, (first, second), (a, b), kind=kind,
-        progress=common.counted(progress, "points", second),
-    )  # fmt: skip
 
 
 # ---- the picture ---------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ EXAMPLE = (
     "  vibroimpact design impact-damper/A --vary half_clearance=1:20 --vary restitution=0.3:0.9 "
     "--over omega=0.4:0.6 --budget 500 --out design.svg --out report.html"
 )
-JUDGED = ("points", "starts", "settle", "periods")
+JUDGED = ("points", "starts", "settle_periods", "periods")
 SEARCHED = ("budget", "refine", "seed", "workers")
 NUMBER, STARTS, MOST = 60, 6, 4  # of the response of the best machine in the report
 

@@ -27,10 +27,10 @@ from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.starts import Start
 from vibroimpact.sweeps.sweep import sweep
 
-WINDOW = ("settle", "periods", "most_impacts")
+WINDOW = ("settle_periods", "periods", "most_impacts")
 HOW = ("store", "backend", "workers", "client", "tile")
 TEXTS = {
-    "settle": "How long a run goes on before it is observed, in forcing periods; in units of time "
+    "settle_periods": "How long a run goes on before it is observed, in forcing periods; in units of time "
     "for a system without forcing.",
     "periods": "How long it is observed then, in the same units.",
     "follow": "NAME of one parameter: members start where they ended at the value before, upwards; "
@@ -141,7 +141,9 @@ def _rehearse(
     few = {name: axis[:2] for name, axis in over.items()}
     rehearse_picture(
         targets,
-        lambda: draw(compute(over=few, start=_few(start), settle=0, periods=1, progress=False)),
+        lambda: draw(
+            compute(over=few, start=_few(start), settle_periods=0, periods=1, progress=False)
+        ),
     )
 
 

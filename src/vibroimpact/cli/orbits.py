@@ -7,7 +7,6 @@ from pathlib import Path
 
 from vibroimpact._core.checks import check_target
 from vibroimpact._core.files import replacing
-from vibroimpact._core.progress import Progress
 from vibroimpact.cli import common
 from vibroimpact.cli.output import DATA
 from vibroimpact.orbits.search import find_orbits
@@ -35,7 +34,7 @@ def run(arguments: argparse.Namespace) -> str:
     if out:
         check_target(out, DATA)
     system = common.case_of(arguments).system
-    found = find_orbits(system, progress=Progress(1), **common.given(arguments, SEARCH))
+    found = find_orbits(system, progress=True, **common.given(arguments, SEARCH))
     if not found.orbits:
         raise common.Failure(f"no periodic orbit was found. {found}")
     if out:

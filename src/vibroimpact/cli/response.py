@@ -22,15 +22,15 @@ EXAMPLE = (
     "  vibroimpact response impact-damper/A --over omega=0.4:0.6 --measure x1 --compare linear "
     "--out response.svg --out report.html"
 )
-SIMULATION = ("number", "seed", "settle", "periods")
+SIMULATION = ("number", "seed", "settle_periods", "periods")
 SEARCH = ("most", "depth", "workers")
 TEXTS = {
-    "settle": "Forcing periods before motions are observed.",
+    "settle_periods": "Forcing periods before motions are observed.",
     "periods": "Forcing periods while they are observed.",
     "depth": "Switches from the branch of a simulated orbit to others.",
 }
 LEAST: dict[str, Any] = {
-    "number": 2, "starts": 0, "most": 0, "settle": 0, "periods": 1, "progress": False,
+    "number": 2, "starts": 0, "most": 0, "settle_periods": 0, "periods": 1, "progress": False,
 }  # fmt: skip
 
 

@@ -11,7 +11,6 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice
-from vibroimpact._core.progress import Progress
 from vibroimpact.bifurcations.augmented import Both
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.store import load_curve
@@ -72,17 +71,9 @@ def _bounds_of(arguments: argparse.Namespace, curve: BifurcationCurve) -> Both:
     return first, second
 
 
-def followed(
-    request: Request, stage: str, follow: Callable[..., Found | NoCurve | NoTongue]
-) -> Found:
+def followed(request: Request, follow: Callable[..., Found | NoCurve | NoTongue]) -> Found:
     """What begins at the point; a failure with the reason where nothing does."""
-    progress = Progress(1)
-    progress.stage(f"{stage} {request.point.label}")
-    found = follow(
-        request.point, request.bounds,
-        progress=common.counted(progress, "points", request.curve.names[1]),
-    )  # fmt: skip
-    progress.close()
+    found = follow(request.point, request.bounds, progress=True)
     if isinstance(found, NoCurve | NoTongue):
         raise common.Failure(f"{found!r}.")
     return found

@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe the curves."""
     request = saved.request_of(arguments)
-    found = saved.followed(request, "curves from", switch_curve)
+    found = saved.followed(request, switch_curve)
     curves = [curve for curve in found if isinstance(curve, BifurcationCurve)]
     common.check_interrupted(*curves)
     missing = [f"{curve!r}." for curve in found if isinstance(curve, NoCurve)]

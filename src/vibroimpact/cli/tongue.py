@@ -26,7 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe both sides."""
     request = saved.request_of(arguments)
-    found = saved.followed(request, "sides of the tongue at", tongue)
+    found = saved.followed(request, tongue)
     common.check_interrupted(*found.sides)
     if all(len(side) < SHORTEST for side in found.sides):
         raise common.Failure(

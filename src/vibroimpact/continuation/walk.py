@@ -23,8 +23,8 @@ import numpy as np
 
 from vibroimpact._core.checks import (
     check_count,
-    check_function,
     check_kind,
+    check_progress,
     names_arguments,
     positive,
 )
@@ -98,9 +98,9 @@ class Steps:
 
 
 def check_steps(steps: object, progress: object) -> None:
-    """Refuse ``steps`` that are no :class:`Steps`, and a ``progress`` that is no function."""
+    """Refuse ``steps`` that are no :class:`Steps`, and a ``progress`` that is none."""
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
-    check_function("progress", progress)
+    check_progress(progress)
 
 
 def no_progress(points: int, parameter: float) -> None:

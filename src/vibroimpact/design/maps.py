@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import check_flag, check_progress, refusal
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress, interruptible
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import WITHIN, label_of
@@ -132,7 +132,7 @@ def design_map(
     objective: Objective,
     *,
     workers: int | None = None,
-    progress: bool | Callable[[int, int], object] = True,
+    progress: ProgressOption = True,
 ) -> DesignMap:
     """Judge machines over a plane of two parameters.
 
@@ -147,7 +147,8 @@ def design_map(
     workers
         Threads; by default one per core.
     progress
-        Whether to show it on standard error; or a function called with (done, total) machines.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every group of machines.
 
     Returns
     -------
@@ -186,12 +187,10 @@ def design_map(
     mesh = np.meshgrid(*axes.values(), indexing="ij")
     table, shape = np.column_stack([part.ravel() for part in mesh]), mesh[0].shape
     groups = np.array_split(table, -(-len(table) // TOGETHER))
-    bar, found = Progress(1, quiet=progress is not True), list[float]()
-    for some in bar.track("design map", groups, len(table), size=len, unit="machines"):
-        found += judge.values(some).tolist()
-        if callable(progress):
-            progress(len(found), len(table))
-    bar.close()
+    found = list[float]()
+    with Reporter(progress, "design map") as report:
+        for some in report.track(groups, len(table), "machines", size=len):
+            found += judge.values(some).tolist()
     gains = [judge.decibels(value, judge.without_impacts) for value in found]
     if not np.isfinite(found).any():
         raise InvalidParameterError("objective: no machine of the plane has a value.")

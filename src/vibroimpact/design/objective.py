@@ -74,7 +74,7 @@ class Objective:
         A measure or its name.
     points, starts, seed
         Values of the band; random starts at each, and their seed.
-    settle, periods
+    settle_periods, periods
         Forcing periods before, and while, motions are observed.
     spread
         Uncertain parameters: ranges, or relative half widths.
@@ -89,7 +89,7 @@ class Objective:
     points: int = 24
     starts: int = 4
     seed: int = 0
-    settle: float = 150.0
+    settle_periods: float = 150.0
     periods: float = 50.0
     unit: Unit = ""
     spread: tuple[tuple[str, float | tuple[float, float]], ...] = ()
@@ -109,7 +109,7 @@ def worst_over(
     points: int = 24,
     starts: int = 4,
     seed: int = 0,
-    settle: float = 150,
+    settle_periods: float = 150,
     periods: float = 50,
     unit: Unit = "",
     spread: Spread | None = None,
@@ -130,7 +130,7 @@ def worst_over(
         machines.
     seed
         Of the random starts.
-    settle, periods
+    settle_periods, periods
         Forcing periods before, and while, motions are observed.
     unit
         "Hz" or "rad/s" if the band is in these; by default the system's own.
@@ -148,7 +148,7 @@ def worst_over(
 
     Notes
     -----
-    A machine costs points x starts x (1 + 2^k) x (settle + periods) forcing periods with k
+    A machine costs points x starts x (1 + 2^k) x (settle_periods + periods) forcing periods with k
     uncertain parameters: about ten milliseconds for an impact damper with the defaults. Measures
     that no observer of a sweep holds (velocities, accelerations, harmonics) take some milliseconds
     for each member more, a hundred times as long.
@@ -159,7 +159,7 @@ def worst_over(
     >>> vi.worst_over("omega", (0.8, 1.2), "x1", spread={"restitution": (0.5, 0.7)}).points
     24
     """
-    return _objective("worst", parameter, band, measure, points, starts, seed, settle, periods,
+    return _objective("worst", parameter, band, measure, points, starts, seed, settle_periods, periods,
                       unit, spread, aim)  # fmt: skip
 
 
@@ -171,7 +171,7 @@ def mean_over(
     points: int = 24,
     starts: int = 4,
     seed: int = 0,
-    settle: float = 150,
+    settle_periods: float = 150,
     periods: float = 50,
     unit: Unit = "",
     spread: Spread | None = None,
@@ -181,7 +181,7 @@ def mean_over(
 
     Parameters
     ----------
-    parameter, band, measure, points, starts, seed, settle, periods, unit, spread, aim
+    parameter, band, measure, points, starts, seed, settle_periods, periods, unit, spread, aim
         As for :func:`worst_over`.
 
     Returns
@@ -196,13 +196,13 @@ def mean_over(
     >>> vi.mean_over("omega", (6.0, 10.0), "power", unit="Hz", aim="large").kind
     'mean'
     """
-    return _objective("mean", parameter, band, measure, points, starts, seed, settle, periods,
+    return _objective("mean", parameter, band, measure, points, starts, seed, settle_periods, periods,
                       unit, spread, aim)  # fmt: skip
 
 
 def _objective(
     kind: Kind, parameter: str, band: tuple[float, float], measure: Measure | str, points: int,
-    starts: int, seed: int, settle: float, periods: float, unit: Unit, spread: Spread | None,
+    starts: int, seed: int, settle_periods: float, periods: float, unit: Unit, spread: Spread | None,
     aim: Aim,
 ) -> Objective:  # fmt: skip
     """Check everything that can be checked without a machine."""
@@ -214,7 +214,7 @@ def _objective(
     check_count("seed", seed, 0, LARGEST_SEED)
     return Objective(
         kind, parameter, ends_of("band", band), measure, int(points), int(starts), int(seed),
-        nonnegative("settle", settle), positive("periods", periods), unit, _spread(spread), aim,
+        nonnegative("settle_periods", settle_periods), positive("periods", periods), unit, _spread(spread), aim,
     )  # fmt: skip
 
 
@@ -456,7 +456,7 @@ class Judge:
         ]
         members = sweep(
             population, over={NUMBER: np.arange(population.count, dtype=float)},
-            start=self.starts, observe=[*observers, Final()], settle=o.settle, periods=o.periods,
+            start=self.starts, observe=[*observers, Final()], settle_periods=o.settle_periods, periods=o.periods,
             progress=False, **self.options,
         )  # fmt: skip
         return population, members, [measure.of_sweep(members).values for measure in measures]

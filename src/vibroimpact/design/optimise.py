@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -29,7 +29,7 @@ import numpy as np
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Sentences
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-ProgressCallback = Callable[[str], object]
 
 LEAST, PER_PARAMETER = 16, 10  # machines of a generation: a power of two
 POLISHED, EACH, MOST = 0.05, 25, 0.25  # machines of the last improvements: see _refined
@@ -322,7 +321,7 @@ def optimise(
     budget: int = 2000,
     refine: int = 4,
     workers: int | None = None,
-    progress: bool | ProgressCallback = True,
+    progress: ProgressOption = True,
     store: str | os.PathLike[str] | None = None,
 ) -> Design:
     """Find the parameters of a machine for which an objective is best.
@@ -351,8 +350,8 @@ def optimise(
     workers
         Threads; by default one per core.
     progress
-        Whether to show it on standard error; or a function that is called with sentences. A
-        ``KeyboardInterrupt`` that it raises ends the search as Ctrl-C does.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every generation. A ``KeyboardInterrupt`` that it raises ends the search as Ctrl-C does.
     store
         A file, ``.nc``, in which every machine that was tried is kept after each generation. The
         same call with that file goes on where an interrupted one stopped, and ends with the same
@@ -385,7 +384,7 @@ def optimise(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> best = vi.optimise(damper, {"half_clearance": (2.0, 30.0)},
-    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle=50),
+    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
     ...                    budget=48, progress=False)
     >>> 5.0 < best.values["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True
@@ -399,20 +398,19 @@ def optimise(
     check_progress(progress)
     judges = judge, judge.finer(max(refine, 1))
     search = Search(judges, variables, constraints_of(constraints), store, seed=seed)
-    report, interrupted = Sentences(progress, "optimise"), False
-    search.report = lambda machines, best: report.say(
-        f"{machines} of {budget} machines, best {best:.6g}"
-    )
-    try:
-        why = _evolve(search, seed, budget)
-        if refine:
-            why += _refined(search, budget)
-    except KeyboardInterrupt:
-        if not search.worth:
-            raise
-        interrupted, why = True, "interrupted; the best machine until then is kept"
-    finally:
-        report.close()
+    interrupted = False
+    with Reporter(progress, "optimise") as report:
+        search.report = lambda machines, best: report.say(
+            f"{machines} of {budget} machines, best {best:.6g}", machines, budget
+        )
+        try:
+            why = _evolve(search, seed, budget)
+            if refine:
+                why += _refined(search, budget)
+        except KeyboardInterrupt:
+            if not search.worth:
+                raise
+            interrupted, why = True, "interrupted; the best machine until then is kept"
     search.over()
     row = search.best
     return Design(

@@ -28,7 +28,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import label_of, sobol
@@ -134,7 +134,7 @@ def pareto_front(
     budget: int = 1000,
     refine: int = 2,
     workers: int | None = None,
-    progress: bool | Callable[[int, int], object] = True,
+    progress: ProgressOption = True,
 ) -> ParetoFront:
     """Find machines that are a best compromise of two objectives.
 
@@ -150,7 +150,8 @@ def pareto_front(
     refine
         Machines on the front are judged again with so many times as many members; >= 1.
     progress
-        Whether to show it on standard error; or a function called with (machines, budget).
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every generation.
 
     Returns
     -------
@@ -167,7 +168,7 @@ def pareto_front(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
-    >>> both = [vi.worst_over("omega", (0.9, 1.1), what, points=5, starts=2, settle=50)
+    >>> both = [vi.worst_over("omega", (0.9, 1.1), what, points=5, starts=2, settle_periods=50)
     ...         for what in ("x1", "impact speed")]
     >>> front = vi.pareto_front(damper, {"half_clearance": (2.0, 30.0)}, both, budget=64,
     ...                         progress=False)
@@ -180,25 +181,18 @@ def pareto_front(
     check_count("budget", budget, 2 * SIZE)
     check_count("refine", refine, 1)
     check_progress(progress)
-    bar = Progress(1, quiet=progress is not True)
-    bar.stage("pareto front")
-
-    def report(machines: int) -> None:
-        bar.note(f"{machines} of {budget} machines")
-        if callable(progress):
-            progress(machines, budget)
-
     search = _Compromises(judges, variables, constraints_of(constraints))
     interrupted = False
-    try:
-        search.evolve(seed, budget, report)
-        search.judge_again(refine)
-    except KeyboardInterrupt:
-        if not len(search.table):
-            raise
-        interrupted = True
-    finally:
-        bar.close()
+    with Reporter(progress, "pareto front") as report:
+        try:
+            search.evolve(
+                seed, budget, lambda n: report.say(f"{n} of {budget} machines", n, budget)
+            )
+            search.judge_again(refine)
+        except KeyboardInterrupt:
+            if not len(search.table):
+                raise
+            interrupted = True
     table, worth = search.front()
     own = worth * np.array([judge.objective.sign for judge in judges])
     return ParetoFront(

@@ -32,8 +32,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact._core.checks import LARGEST_SEED, check_count, check_kind
-from vibroimpact._core.progress import Progress, counting
+from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
+from vibroimpact._core.progress import ProgressOption, Reporter, counting
 from vibroimpact.closed_forms.by_machine import symmetric_orbits_of
 from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
@@ -74,7 +74,7 @@ def find_orbits(
     impacts: int = 4,
     starts: int = 100,
     seed: int = 0,
-    progress: Progress | None = None,
+    progress: ProgressOption = False,
 ) -> OrbitSearch:
     """Find periodic orbits with few impacts from random starts.
 
@@ -95,7 +95,8 @@ def find_orbits(
     seed
         Seed of the random numbers, >= 0: the same seed gives the same list.
     progress
-        Progress display.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every motion.
 
     Returns
     -------
@@ -131,14 +132,13 @@ def find_orbits(
     for name, value in (("impacts", impacts), ("starts", starts)):
         check_count(name, value, 1)
     check_count("seed", seed, 0, LARGEST_SEED)
-    check_kind("progress", progress, (Progress, type(None)), "a Progress, or None")
+    check_progress(progress)
     sweep = _Sweep(system, cycles, impacts, _starts_of(system))
     order = range(starts) if progress else counting("starts", starts)
-    progress = progress or Progress(1, quiet=True)
     sweep.try_closed_forms()
-    for number in progress.track("searching from random starts", order, starts):
-        sweep.try_motion(np.random.default_rng([seed, number]), number)
-    progress.close()
+    with Reporter(progress, "searching from random starts") as report:
+        for number in report.track(order, starts, "motions"):
+            sweep.try_motion(np.random.default_rng([seed, number]), number)
     orbits, mirror_of = _sorted(sweep.orbits, sweep.mirror_of)
     return OrbitSearch(
         system, cycles, impacts, starts, seed, orbits, mirror_of,

@@ -112,6 +112,6 @@ def _limits(best: Design) -> Iterator[str]:
     seen = best.objective
     yield (
         f"A search of {best.machines} machines ({best.why_stopped}): each at {seen.points} values of the "
-        f"band from {seen.starts} starts, {seen.periods:g} forcing periods after {seen.settle:g}. "
+        f"band from {seen.starts} starts, {seen.periods:g} forcing periods after {seen.settle_periods:g}. "
         "Another seed may find another machine that is as good."
     )

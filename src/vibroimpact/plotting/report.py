@@ -368,7 +368,7 @@ def limits(response: Response) -> Iterator[str]:
     yield (
         f"Motions are simulated at {len(response.values)} values: one followed upwards and "
         f"downwards, and {others or 'no'} other starts at each; observed for {number(s.periods)} forcing periods after "
-        f"{number(s.settle)} to settle. A motion that is reached from few starts may be missed."
+        f"{number(s.settle_periods)} to settle. A motion that is reached from few starts may be missed."
     )
     if response.unexplained:
         yield (

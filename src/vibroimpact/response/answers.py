@@ -139,7 +139,7 @@ class Simulation:
         Start of the motion that is followed up and down.
     starts
         Random, or listed, starts of the others; None for none.
-    settle, periods
+    settle_periods, periods
         Forcing periods before, and while, members are observed.
     options
         Of the sweeps: workers, progress.
@@ -150,7 +150,7 @@ class Simulation:
     measure: Measure
     start: State
     starts: Many | None
-    settle: float
+    settle_periods: float
     periods: float
     options: dict[str, Any] = field(default_factory=dict)
 
@@ -158,7 +158,7 @@ class Simulation:
         """Answers at each value, those with most members first."""
         over = {self.parameter: values}
         given: dict[str, Any] = {
-            "over": over, "observe": self._observers(), "settle": self.settle,
+            "over": over, "observe": self._observers(), "settle_periods": self.settle_periods,
             "periods": self.periods, "progress": False,
         }  # fmt: skip
         ways = bifurcation_sweep(

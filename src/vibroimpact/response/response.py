@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
@@ -25,7 +25,6 @@ import numpy as np
 
 from vibroimpact._core.checks import (
     check_count,
-    check_progress,
     nonnegative,
     positive,
     real,
@@ -33,7 +32,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Sentences, interruptible
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
@@ -71,7 +70,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-ProgressCallback = Callable[[str], None]
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 NAMED = 8  # motions that a list names
@@ -146,7 +144,7 @@ class Response:
         found = self._largest
         if found is None:
             raise InvalidParameterError(
-                "response: holds no stable motion at all. Raise starts, or settle."
+                "response: holds no stable motion at all. Raise starts, or settle_periods."
             )
         return self._shown(self._complete(found))
 
@@ -323,13 +321,13 @@ def frequency_response(
     starts: int | RandomStarts | GridStarts | ListedStarts = 16,
     start: State | None = None,
     seed: int = 0,
-    settle: float = 400,
+    settle_periods: float = 400,
     periods: float = 100,
     most: int = 8,
     depth: int = 1,
     steps: Steps | None = None,
     workers: int | None = None,
-    progress: bool | ProgressCallback = True,
+    progress: ProgressOption = True,
 ) -> Response:
     """Compute how a machine answers over a band: every steady motion, with one measure of it.
 
@@ -357,7 +355,7 @@ def frequency_response(
         Start of the motion that is followed up and down; by default the machine's free start.
     seed
         Of the random starts.
-    settle, periods
+    settle_periods, periods
         Forcing periods before, and while, motions are observed.
     most
         Largest number of branches that are followed, >= 0; with 0 there is simulation, and the motion
@@ -370,7 +368,8 @@ def frequency_response(
     workers
         Threads of the simulation; by default one per core.
     progress
-        Whether to show it on standard error; or a function that is called with sentences.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every panel of points of a branch, and before the sweep.
 
     Returns
     -------
@@ -407,28 +406,25 @@ def frequency_response(
     measured = measure_of(measure, first)
     for name, value, least in (("number", number, 2), ("most", most, 0), ("depth", depth, 0)):
         check_count(name, value, least)
-    nonnegative("settle", settle)
+    nonnegative("settle_periods", settle_periods)
     positive("periods", periods)
-    check_steps(steps, None)
-    check_progress(progress)
-    report = Sentences(progress, "frequency response")
+    check_steps(steps, progress)
     simulation = Simulation(
         first, parameter, measured, start if start is not None else rest_of(first),
-        _starts(starts, seed, first, chosen, start), float(settle), float(periods),
+        _starts(starts, seed, first, chosen, start), float(settle_periods), float(periods),
         {} if workers is None else {"workers": workers},
     )  # fmt: skip
     values = chosen.values(number)
-    report.say(f"simulating {number} values of {parameter}")
-    answers = simulation.answers(values)
-    search = _Search(
-        simulation, chosen, Following(parameter, steps or STEPS, STOP_WHEN, report.say), most, depth
-    )
-    try:
-        search.without_impacts(values)
-        search.branches(answers)
-    except KeyboardInterrupt:
-        search.interrupted = True
-    report.close()
+    with Reporter(progress, "frequency response") as report:
+        report.say(f"simulating {number} values of {parameter}")
+        answers = simulation.answers(values)
+        following = Following(parameter, steps or STEPS, STOP_WHEN, report.say)
+        search = _Search(simulation, chosen, following, most, depth)
+        try:
+            search.without_impacts(values)
+            search.branches(answers)
+        except KeyboardInterrupt:
+            search.interrupted = True
     return Response(
         first, chosen, measured, tuple(search.curves), values, tuple(map(tuple, answers)), simulation,
         tuple(search.notes), search.interrupted,

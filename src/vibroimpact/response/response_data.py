@@ -84,7 +84,7 @@ def dataset_of(response: Response, *, si: bool = False) -> xr.Dataset:
             "parameter": name,
             "band": [response.band.low * over, response.band.high * over],
             "measure": response.measure.label,
-            "settle": response.simulation.settle,
+            "settle_periods": response.simulation.settle_periods,
             "periods": response.simulation.periods,
             "version": _kernel.version(),
         },

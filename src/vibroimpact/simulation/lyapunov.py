@@ -105,7 +105,7 @@ class LyapunovEstimate:
 
 
 def lyapunov_exponent(
-    system: System, state: State, *, impacts: int = 20_000, settle: int = 1000
+    system: System, state: State, *, impacts: int = 20_000, settle_impacts: int = 1000
 ) -> LyapunovEstimate:
     """Estimate the largest Lyapunov exponent of a motion.
 
@@ -118,7 +118,7 @@ def lyapunov_exponent(
     impacts
         Length of the average, >= 1024. The error falls as 1 / sqrt(impacts) in chaos. A machine
         without stops has none: four times as many changes of its friction count.
-    settle
+    settle_impacts
         Impacts (at all stops) to discard first, >= 0; the first sixteenth of ``impacts`` is
         discarded besides.
 
@@ -146,9 +146,9 @@ def lyapunov_exponent(
     16 of 1024 blocks; and near grazing, where single impacts stretch without bound.
     """
     check_count("impacts", impacts, BLOCKS)
-    check_count("settle", settle, 0)
+    check_count("settle_impacts", settle_impacts, 0)
     motion = Simulator(system, state)
-    end = motion.settle(settle)
+    end = motion.settle(settle_impacts)
     if end not in GOES_ON:
         return no_exponent(end)
     return exponent_from(motion, impacts)

@@ -210,7 +210,7 @@ def lyapunov_spectrum(
     state: State,
     *,
     impacts: int = 20_000,
-    settle: int = 1000,
+    settle_impacts: int = 1000,
     count: int | None = None,
 ) -> LyapunovSpectrum:
     """Estimate all Lyapunov exponents of a motion, or the largest of them.
@@ -223,7 +223,7 @@ def lyapunov_spectrum(
         Initial state.
     impacts
         Length of the average, >= 1024. The errors fall as 1 / sqrt(impacts) in chaos.
-    settle
+    settle_impacts
         Impacts (at all stops) to discard first, >= 0; the first sixteenth of ``impacts`` is
         discarded besides, while the tangents turn.
     count
@@ -269,7 +269,7 @@ def lyapunov_spectrum(
     ((4,), True)
     """
     check_count("impacts", impacts, BLOCKS)
-    check_count("settle", settle, 0)
+    check_count("settle_impacts", settle_impacts, 0)
     mechanism = mechanism_of(system)
     lines = max(len(mechanism.forces) - 1, 0)
     carried = 2 * mechanism.degrees - len(mechanism.massless) - (not mechanism.forces)
@@ -278,7 +278,7 @@ def lyapunov_spectrum(
     wanted = carried + lines if count is None else int(count)
     check_memory("impacts", impacts, 8 * (carried + 4), "Take fewer.")
     motion = Simulator(system, state)
-    end = motion.settle(settle)
+    end = motion.settle(settle_impacts)
     if end not in GOES_ON:
         return _without(wanted, end, end.sentence)
     if needs_elements(mechanism):

@@ -24,13 +24,13 @@ class Window(NamedTuple):
 
     Attributes
     ----------
-    settle, periods
+    settle_periods, periods
         Forcing periods before, and while, it is observed; units of time without forcing.
     most_impacts
         Impacts at all stops after which it ends.
     """
 
-    settle: float
+    settle_periods: float
     periods: float
     most_impacts: int
 

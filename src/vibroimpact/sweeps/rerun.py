@@ -51,7 +51,7 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
         The system, if it is code that no file holds: a :class:`~vibroimpact.Family`, a class of
         one's own.
     **options
-        Options of that function that replace the stored ones: ``settle=4000``, ``progress=False``.
+        Options of that function that replace the stored ones: ``settle_periods=4000``, ``progress=False``.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def _window(found: xr.Dataset) -> dict[str, Any]:
     _check_whole(found)
     return {
         "over": {name: found[name].values for name in _swept(found)},
-        "settle": float(found.attrs["settle"]),
+        "settle_periods": float(found.attrs["settle_periods"]),
         "periods": float(found.attrs["periods"]),
         "most_impacts": int(found.attrs["most_impacts"]),
     }

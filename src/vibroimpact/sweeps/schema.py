@@ -125,7 +125,7 @@ def _attrs_of(plan: Plan, specification: SweepSpec) -> dict[str, Any]:
         "sizes": json.dumps(plan.dims),
         "start": json.dumps(described["start"]),
         "observe": json.dumps(described["observe"]),
-        "settle": plan.window.settle,
+        "settle_periods": plan.window.settle_periods,
         "periods": plan.window.periods,
         "most_impacts": plan.window.most_impacts,
         "follow": plan.follow or "",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ from vibroimpact._core.checks import (
     shown,
 )
 from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
-from vibroimpact._core.progress import Progress, interruptible
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Arrays
 from vibroimpact.compile.pace import paced_parts, paces_of
 from vibroimpact.model.mechanism import Mechanism, accelerations
@@ -57,8 +57,6 @@ UNIT = float(np.finfo(float).eps)
 LONGEST = 1e100  # forcing periods: times stay finite
 LOOKED_AT = 4096.0  # starts, for the default of most_impacts
 
-ProgressCallback = Callable[[int, int], None]
-
 
 @interruptible("nothing new was computed")
 def sweep(
@@ -68,7 +66,7 @@ def sweep(
     start: Start,
     observe: str | Observer | Sequence[str | Observer] = "symbol",
     follow: str | None = None,
-    settle: float = 250,
+    settle_periods: float = 250,
     periods: float = 50,
     most_impacts: int | None = None,
     store: str | os.PathLike[str] | None = None,
@@ -76,7 +74,7 @@ def sweep(
     workers: int | None = None,
     client: Any = None,
     tile: int | None = None,
-    progress: bool | ProgressCallback = True,
+    progress: ProgressOption = True,
 ) -> xr.Dataset:
     """Run many members, in parameters and starts, and observe each as it runs.
 
@@ -97,7 +95,7 @@ def sweep(
     follow
         Name of one parameter: each member starts from the final state at the former value;
         upwards, or with a minus sign (``"-omega"``) downwards. It settles at every value.
-    settle, periods
+    settle_periods, periods
         Length of a run before, and while, it is observed, in forcing periods (first forcing
         line), >= 0 and > 0. In units of time for a system without forcing.
     most_impacts
@@ -118,7 +116,8 @@ def sweep(
         Number of members computed, and stored, together. By default about a second's work. The
         results do not depend on it.
     progress
-        Whether to show it on standard error; or a function called with (done, total) members.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every tile of members.
 
     Returns
     -------
@@ -160,7 +159,7 @@ def sweep(
     >>> dict(plane.sizes)
     {'omega': 2, 'half_clearance': 3}
     """
-    plan = plan_of(system, over, start, observe, follow, settle, periods, most_impacts)
+    plan = plan_of(system, over, start, observe, follow, settle_periods, periods, most_impacts)
     path = None if store is None else store_path(store)
     compute_tiles = backend_of(backend)
     if client is not None and backend != "dask":
@@ -201,7 +200,7 @@ def plan_of(
     start: Start,
     observe: str | Observer | Sequence[str | Observer],
     follow: str | None,
-    settle: float,
+    settle_periods: float,
     periods: float,
     most_impacts: int | None,
 ) -> Plan:
@@ -213,19 +212,19 @@ def plan_of(
     if not axes and not starts.dims:
         raise InvalidParameterError("over = {}: names no parameter, and there is one start only.")
     _check_follow(follow, axes)
-    length = nonnegative("settle", settle) + positive("periods", periods)
+    length = nonnegative("settle_periods", settle_periods) + positive("periods", periods)
     if length > LONGEST:
-        raise refusal("settle + periods", length, f"at most {LONGEST:g}")
+        raise refusal("settle_periods + periods", length, f"at most {LONGEST:g}")
     if most_impacts is None:
         ends = (mechanism_of(with_parameters(system, corner)) for corner in corners(axes))
         most = max(_ordinary(one, length, starts) for one in (mechanism, *ends))
         if most > LARGEST_COUNT:
             raise InvalidParameterError(
-                f"settle + periods = {length:g}: must be shorter, or give most_impacts."
+                f"settle_periods + periods = {length:g}: must be shorter, or give most_impacts."
             )
         most_impacts = 2 ** math.ceil(math.log2(most))  # eigenvalues differ between machines
     check_count("most_impacts", most_impacts, 1, LARGEST_COUNT)
-    window = Window(float(settle), float(periods), int(most_impacts))
+    window = Window(float(settle_periods), float(periods), int(most_impacts))
     return Plan(first, axes, starts, resolve(observe), window, follow)
 
 
@@ -277,7 +276,7 @@ def _check_follow(follow: Any, axes: Mapping[str, object]) -> None:
 
 def _members(plan: Plan, schema: Schema) -> int:
     """Default number of members of a tile."""
-    cycles = (plan.window.settle + plan.window.periods) * len(rounds(plan.observers))
+    cycles = (plan.window.settle_periods + plan.window.periods) * len(rounds(plan.observers))
     size = schema.member_bytes + compiled_bytes(plan.mechanism)
     along = 1 if plan.followed is None else plan.shape[plan.followed]
     return members_per_tile(plan.size, cycles, size, along)
@@ -329,19 +328,9 @@ class Memory:
 
 
 def _shown(
-    results: Iterable[Done], missing: Sequence[Tile], progress: bool | ProgressCallback
+    results: Iterable[Done], missing: Sequence[Tile], progress: ProgressOption
 ) -> Generator[Done, None, None]:
     """Yield results, and report the progress after each."""
     total = sum(tile.size for tile in missing)
-    if callable(progress):
-        done = 0
-        for tile, arrays in results:
-            yield tile, arrays
-            done += tile.size
-            progress(done, total)
-        return
-    bar = Progress(1, quiet=not progress)
-    try:
-        yield from bar.track("sweep", results, total, size=lambda d: d[0].size, unit="members")
-    finally:
-        bar.close()
+    with Reporter(progress, "sweep") as report:
+        yield from report.track(results, total, "members", size=lambda done: done[0].size)

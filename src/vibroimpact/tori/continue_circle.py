@@ -26,15 +26,16 @@ import numpy as np
 from vibroimpact._core.checks import (
     check_count,
     check_flag,
-    check_function,
     check_kind,
+    check_progress,
     positive,
     range_of,
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.labels import numbered
-from vibroimpact.continuation.walk import CurveProgress, no_progress
+from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.problem import asymmetry
@@ -88,7 +89,7 @@ def continue_circle(
     points: int = 100,
     tolerance: float = TOLERANCE,
     most_nodes: int = MOST_NODES,
-    progress: CurveProgress | None = None,
+    progress: ProgressOption = False,
 ) -> CircleBranch:
     """Follow an invariant circle in a parameter, with its bifurcations and where it grazes.
 
@@ -109,7 +110,8 @@ def continue_circle(
     tolerance, most_nodes
         As of :func:`find_circle`.
     progress
-        Called after every circle with the number of circles in this direction and the parameter.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every circle.
 
     Returns
     -------
@@ -152,7 +154,7 @@ def continue_circle(
         )
     check_count("points", points, 1)
     check_count("most_nodes", most_nodes, FEWEST_NODES)
-    check_function("progress", progress)
+    check_progress(progress)
     steps = _Steps(first, least, largest, points, positive("tolerance", tolerance), most_nodes)
     value = _value(circle, parameter)
     low, high = range_of("bounds", bounds, parameter, value)
@@ -161,11 +163,13 @@ def continue_circle(
     begin = family.solved(replace(circle.trial, p=value), None)
     if begin.status != FOUND:
         raise refusal("circle", circle, f"a solution at the tolerance {tolerance}", begin.status)
-    start, report = family.circle(begin), progress or no_progress
-    forward = _walk(family, start, 1.0, report)
+    start = family.circle(begin)
     backward = _Walked([start], [], CircleEnd(CircleStop.NOT_FOLLOWED))
-    if both and forward.end.reason is not CircleStop.INTERRUPTED:
-        backward = _walk(family, start, -1.0, report)
+    with Reporter(progress, "circles") as report:
+        told = report.counted("circles", parameter)
+        forward = _walk(family, start, 1.0, told)
+        if both and forward.end.reason is not CircleStop.INTERRUPTED:
+            backward = _walk(family, start, -1.0, told)
     found = [*reversed(backward.events), *forward.events]
     labels = numbered(event.kind for event in found)
     return CircleBranch(

@@ -69,7 +69,7 @@ def find_circle(
     impacts: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
     symmetric: bool | None = None,
-    settle: int = 4000,
+    settle_iterates: int = 4000,
     points: int = 4000,
     tolerance: float = TOLERANCE,
     most_nodes: int = MOST_NODES,
@@ -92,7 +92,7 @@ def find_circle(
     impacts, cycles, symmetric
         Signature, as of :func:`find_orbit`; by default that of the motion. ``symmetric=False``
         solves on the full map.
-    settle
+    settle_iterates
         Iterates of the motion to discard first, >= 0; four times as many if it has not settled
         then, up to three times.
     points
@@ -130,7 +130,7 @@ def find_circle(
     >>> circle.stable, circle.residual < 1e-10
     (True, True)
     """
-    for name, count, least in (("settle", settle, 0), ("points", points, 64)):
+    for name, count, least in (("settle_iterates", settle_iterates, 0), ("points", points, 64)):
         check_count(name, count, least)
     check_memory("points", points, BYTES, "Take fewer.")
     check_count("most_nodes", most_nodes, FEWEST_NODES)
@@ -139,13 +139,13 @@ def find_circle(
         for name, given in (("impacts", impacts), ("cycles", cycles), ("symmetric", symmetric)):
             if given is not None:
                 raise refusal(name, given, "left out for a formula")
-        started = _of_formula(subject, start, p, settle, points)
+        started = _of_formula(subject, start, p, settle_iterates, points)
     else:
         if p is not None:
             raise refusal("p", p, "left out for a system", "Its fields are its parameters.")
         mechanism_of(subject)
         signature = _signature(subject, impacts, cycles, symmetric)
-        started = _of_system(subject, start, signature, symmetric, settle, points)
+        started = _of_system(subject, start, signature, symmetric, settle_iterates, points)
     if started.trial is None or started.map is None:
         return _missing(subject, started)
     circle = _solved(started.map, started.trial, tolerance, most_nodes)
@@ -232,7 +232,7 @@ def of_second_iterate(circle: Circle, count: int) -> Trial:
 
 
 def _of_formula(
-    formula: ExplicitMap, start: Any, p: float | None, settle: int, points: int
+    formula: ExplicitMap, start: Any, p: float | None, settle_iterates: int, points: int
 ) -> Started:
     if isinstance(start, Circle):
         if not isinstance(start.subject, ExplicitMap):
@@ -257,7 +257,7 @@ def _of_formula(
             f"start has shape {x.shape}; expected ({formula.dimension},). Give a CircleGuess for "
             "points on a curve."
         )
-    return from_iterates(formula, x, value, settle, points)
+    return from_iterates(formula, x, value, settle_iterates, points)
 
 
 def _odd(count: int) -> int:
@@ -289,14 +289,14 @@ def _of_system(
     start: Any,
     signature: Signature | None,
     symmetric: bool | None,
-    settle: int,
+    settle_iterates: int,
     points: int,
 ) -> Started:
     check_rigid(system)
     if isinstance(start, SectionPoints):
         start = start.last
     if isinstance(start, State):
-        return from_motion(system, start, signature, symmetric, settle, points)
+        return from_motion(system, start, signature, symmetric, settle_iterates, points)
     if signature is not None:
         raise refusal("impacts", signature.impacts, "left out: the start has its own signature")
     if isinstance(start, BifurcationPoint):

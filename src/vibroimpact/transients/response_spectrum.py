@@ -26,8 +26,8 @@ from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import (
     check_choice,
-    check_flag,
     check_kind,
+    check_progress,
     fraction,
     nonnegative,
     numbers,
@@ -35,7 +35,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Progress
+from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.mechanism import Mechanism
@@ -149,7 +149,7 @@ def response_spectrum(
     clearance: float = math.inf,
     lower_clearance: float | None = None,
     restitution: float = 0.8,
-    progress: bool = False,
+    progress: ProgressOption = False,
 ) -> ResponseSpectrum:
     """Compute the largest response to a record over the natural frequency of an oscillator.
 
@@ -173,7 +173,8 @@ def response_spectrum(
     restitution
         Of the stops, in [0, 1].
     progress
-        Whether to show it on standard error, with stops.
+        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        every oscillator that is simulated, with stops.
 
     Returns
     -------
@@ -202,7 +203,7 @@ def response_spectrum(
     """
     check_kind("record", record, ForceRecord, "a ForceRecord")
     check_choice("unit", unit, list(TURN))
-    check_flag("progress", progress)
+    check_progress(progress)
     given = np.atleast_1d(numbers("frequencies", frequencies))
     if given.ndim != 1 or not given.size or np.any((given <= 0.0) | (given > HIGHEST)):
         raise refusal("frequencies", frequencies, f"numbers > 0, at most {HIGHEST:g}, shape (k,)")
@@ -223,14 +224,11 @@ def response_spectrum(
         hits, impulse, done = nothing.astype(np.int64), nothing, np.ones(given.size, dtype=bool)
     else:
         stop = RigidStop((1.0,), -lower, upper, fraction("restitution", restitution))
-        bar = Progress(1, quiet=not progress)
-        try:
+        with Reporter(progress, "spectrum") as report:
             found = [
                 _largest_of(_simulated(record, float(w), ratio, stop))
-                for w in bar.track("spectrum", omega, given.size)
+                for w in report.track(omega, given.size, "oscillators")
             ]
-        finally:
-            bar.close()
         moved, shaken, impulse, hits, done = (np.array(part) for part in zip(*found, strict=True))
     return ResponseSpectrum(
         record, given, unit, ratio, moved, shaken, hits, impulse, done, min(upper, lower)

@@ -257,7 +257,7 @@ def sine_sweep(
     check_count("periods_per_step", periods_per_step, 1)
     check_kind("start", start, (State, type(None)), "a State, or None for rest")
     check_options("sine_sweep", options, sine_sweep, sweep)
-    for name in ("over", "follow", "settle", "periods", "store"):
+    for name in ("over", "follow", "settle_periods", "periods", "store"):
         refuse(options, name, OWN)
     measure = Peak(row)
     if measure.derivatives:
@@ -271,7 +271,7 @@ def sine_sweep(
     observers = together(own, options.pop("observe", ()))
     members = bifurcation_sweep(
         system, over={parameter: values}, start=start or _rest(m.degrees), way=way, at_phase=0.0,
-        points=1, observe=observers, settle=0, periods=periods_per_step, **options,
+        points=1, observe=observers, settle_periods=0, periods=periods_per_step, **options,
     )  # fmt: skip
     return SineSweep(system, chosen, measure.text, int(periods_per_step), members)
 

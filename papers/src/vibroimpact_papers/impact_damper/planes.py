@@ -35,7 +35,7 @@ def plane_data(chosen: ParameterSet, plan: Plan) -> xr.Dataset:
             "omega": np.linspace(sweep.low, sweep.high, across),
             "half_clearance": clearance * np.linspace(*REACH, up),
         },
-        start=START, observe="lyapunov", settle=plan.plane_settle, periods=plan.plane_periods,
+        start=START, observe="lyapunov", settle_periods=plan.plane_settle, periods=plan.plane_periods,
         progress=False,
     )[["motion", "period", "impacts", "lyapunov"]]  # fmt: skip
     found["paper_omega"] = "panel", frequencies(chosen)
@@ -58,7 +58,7 @@ def basin_data(chosen: ParameterSet, plan: Plan, omega: float) -> xr.Dataset:
     axis = HALF_WIDTH * chosen.parameters.half_clearance * np.linspace(-1.0, 1.0, plan.basin_points)
     found = basins(
         damper_of(chosen, omega), over={"x1": axis, "v1": axis}, start=START,
-        settle=plan.basin_settle, periods=plan.plane_periods, progress=False,
+        settle_periods=plan.basin_settle, periods=plan.plane_periods, progress=False,
     )  # fmt: skip
     kept = ["attractor", "final_position", "final_velocity"]
     table = [str(name) for name, v in found.data_vars.items() if v.dims[:1] == ("label",)]

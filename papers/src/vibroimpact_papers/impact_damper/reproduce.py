@@ -12,7 +12,7 @@ from typing import TypeVar
 import xarray as xr
 
 from vibroimpact import _kernel
-from vibroimpact._core.progress import Progress
+from vibroimpact._core.progress import Display
 from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact.tori.branch import CircleEvent
@@ -105,7 +105,7 @@ class Findings:
     circle_folds: Mapping[str, CircleEvent] = field(default_factory=dict)
 
 
-def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None = None) -> Summary:
+def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None = None) -> Summary:
     """Reproduce the paper and write the report.
 
     Parameters
@@ -116,7 +116,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
     plan
         Starts, steps, settling and numbers of points; the full ones if not given.
     progress
-        Progress display; on standard error if not given.
+        Display display; on standard error if not given.
 
     Returns
     -------
@@ -132,7 +132,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
     -----
     Everything is deterministic: no random numbers, equal bits in every run.
     """
-    progress = progress or Progress(STAGES)
+    progress = progress or Display(STAGES)
     try:
         with whole_folder(Path(out)) as work:
             found = compute(plan or Plan(), progress)
@@ -160,7 +160,7 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Progress | None 
         progress.close()
 
 
-def compute(plan: Plan, progress: Progress) -> Findings:
+def compute(plan: Plan, progress: Display) -> Findings:
     """Compute bifurcations, sweeps, panels and circles."""
     sets = parameter_sets()
     chosen = [p for p in panels() if p.shows == "section" and p.figure in plan.figures]
@@ -234,7 +234,7 @@ def compute(plan: Plan, progress: Progress) -> Findings:
 
 def _ensembles(
     sets: Mapping[str, ParameterSet], results: Mapping[str, PanelResult], plan: Plan,
-    progress: Progress,
+    progress: Display,
 ) -> dict[str, xr.Dataset]:  # fmt: skip
     """Compute the plane of each set, and basins at a frequency where attractors coexist."""
     panel = multistable_panel(results)
@@ -257,7 +257,7 @@ def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
 
 
 def _parallel(
-    name: str, work: Callable[[Item], Result], items: Iterable[Item], progress: Progress
+    name: str, work: Callable[[Item], Result], items: Iterable[Item], progress: Display
 ) -> list[Result]:
     """Map over items on two threads, in order; an interruption cancels items that have not begun."""
     todo = list(items)
@@ -281,7 +281,7 @@ def _residuals() -> tuple[Residual, ...]:
 # --- figures --------------------------------------------------------------------------------------
 
 
-def _write_figures(work: Path, found: Findings, progress: Progress) -> Pictures:
+def _write_figures(work: Path, found: Findings, progress: Display) -> Pictures:
     """Write the data, and draw every figure from the files just written."""
     (work / "figures").mkdir()
     (work / "data").mkdir()

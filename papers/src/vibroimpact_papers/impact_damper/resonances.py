@@ -227,7 +227,7 @@ def _plane(chosen: ParameterSet, bounds: tuple[Bounds, Bounds], plan: Plan) -> x
         damper_of(chosen, bounds[0][0]),
         over={"omega": np.linspace(*bounds[0], across),
               "half_clearance": np.linspace(*bounds[1], up)},
-        start=START, settle=plan.plane_settle, periods=plan.plane_periods, progress=False,
+        start=START, settle_periods=plan.plane_settle, periods=plan.plane_periods, progress=False,
     )[["motion"]]  # fmt: skip
 
 

@@ -36,7 +36,7 @@ def spectrum_data(
         omega = float(followed.omega[k])
         found = lyapunov_spectrum(
             damper_of(chosen, omega), followed.down[k].last,
-            impacts=plan.spectrum_impacts, settle=0,
+            impacts=plan.spectrum_impacts, settle_impacts=0,
         )  # fmt: skip
         values[i, : len(found.values)] = found.values
         errors[i, : len(found.errors)] = found.errors

@@ -63,7 +63,7 @@ def survivors(chosen: ParameterSet, omega: float, plan: Plan) -> Survivors:
     for periods in plan.transient_periods:
         found = sweep(
             damper_of(chosen, omega), over={"omega": [omega]}, start=grid, progress=False,
-            observe=("symbol", "impacts"), settle=periods, periods=plan.plane_periods,
+            observe=("symbol", "impacts"), settle_periods=periods, periods=plan.plane_periods,
             most_impacts=16 * periods,
         )  # fmt: skip
         a_period = float((found["impacts_a"] + found["impacts_b"]).max())

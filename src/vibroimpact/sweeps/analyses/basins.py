@@ -56,9 +56,9 @@ def basins(
         one; in (0, 1).
     most
         Largest number of members that are classified, >= 1; members that match none of them are
-        "not matched": give a longer ``settle``, or classify more.
+        "not matched": give a longer ``settle_periods``, or classify more.
     **options
-        Options of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers,
+        Options of :func:`~vibroimpact.sweep`: settle_periods, periods, most_impacts, backend, workers,
         progress.
 
     Returns
@@ -82,14 +82,14 @@ def basins(
     The cost of the sweep, and of a :func:`~vibroimpact.classify` per attractor: 0.03 to 0.3 s, a
     second or two where it stays undecided. At most ``most`` members are classified.
     Members without a label after that have not settled; they are continued for 8, then 64 times
-    ``settle + periods``; ``final_position``, ``final_velocity`` and ``final_phase`` are then those
+    ``settle_periods + periods``; ``final_position``, ``final_velocity`` and ``final_phase`` are then those
     of the continued motions, the other variables those of the requested window. "Without impacts"
     are motions in flight that had none for as long: one attractor, also where a free or undamped
     mass may rest, or swing, anywhere in its clearance. Rest is an attractor for each set of stops.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
     ``tolerance`` (periodic), or than neighbouring points among 4000 on one of them (others), count
     as one. Motions that impact, but never at this stop, are distinguished by their symbol only.
-    With longer ``settle`` and ``periods``, fewer transients are mistaken for attractors.
+    With longer ``settle_periods`` and ``periods``, fewer transients are mistaken for attractors.
 
     Examples
     --------
@@ -166,12 +166,16 @@ def _extension(system: System, members: xr.Dataset, requested: dict[str, Any]) -
     Whole periods in all: motions end at the phase at which they ended before.
     """
     same = {name: x for name, x in requested.items() if name not in ("store", "most_impacts")}
-    length = members.attrs["settle"] + members.attrs["periods"]
+    length = members.attrs["settle_periods"] + members.attrs["periods"]
 
     def run(states: States, times: int, whole: bool) -> xr.Dataset:
         periods = math.ceil(times * length) if whole else members.attrs["periods"]
-        settle = 0 if whole else math.ceil(times * length + periods) - periods
-        window = {"settle": settle, "periods": periods, "start": ListedStarts(*states)}
+        settle_periods = 0 if whole else math.ceil(times * length + periods) - periods
+        window = {
+            "settle_periods": settle_periods,
+            "periods": periods,
+            "start": ListedStarts(*states),
+        }
         try:
             return sweep(system, **same | window)
         except KeyboardInterrupt:

@@ -70,7 +70,7 @@ def bifurcation_sweep(
     observe
         Further observers, such as "lyapunov".
     **options
-        Options of :func:`~vibroimpact.sweep`: settle, periods, most_impacts, backend, workers,
+        Options of :func:`~vibroimpact.sweep`: settle_periods, periods, most_impacts, backend, workers,
         progress, store (unless both ways are followed: each is a sweep of its own).
 
     Returns
@@ -89,7 +89,7 @@ def bifurcation_sweep(
 
     Notes
     -----
-    The cost of ``settle + periods`` forcing periods at every value, twice for both ways. ``points``
+    The cost of ``settle_periods + periods`` forcing periods at every value, twice for both ways. ``points``
     should fit into ``periods``. Near a bifurcation motions settle slowly.
 
     Examples

@@ -142,8 +142,8 @@ def _grows(members: xr.Dataset) -> NDArray[np.bool_]:
     """Mask of members whose tangent vector grows faster than in any regular motion."""
     if "lyapunov" not in members:
         return np.zeros(members["end"].shape, dtype=bool)
-    settle, periods = (float(members.attrs[name]) for name in ("settle", "periods"))
-    window = members["time"].values * (periods / (settle + periods))
+    settle_periods, periods = (float(members.attrs[name]) for name in ("settle_periods", "periods"))
+    window = members["time"].values * (periods / (settle_periods + periods))
     return np.asarray(members["lyapunov"].values * window > LEAST_GROWTH)
 
 

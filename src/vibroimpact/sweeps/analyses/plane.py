@@ -68,7 +68,7 @@ def plane(
         Further observers, such as "lyapunov"; "symbol" and "impacts" are always included,
         ``Symbol`` with other options if it is given.
     **options
-        Options of :func:`~vibroimpact.sweep`: follow, settle, periods, most_impacts, store,
+        Options of :func:`~vibroimpact.sweep`: follow, settle_periods, periods, most_impacts, store,
         backend, workers, progress.
 
     Returns
@@ -168,7 +168,7 @@ def multistability(
     Small basins are missed. The last 16 points of each member are compared, without classification:
     motions that are not periodic, or have more impacts at the stop than that, count as one where
     one lies in the gaps between the points of the other; near attractors are joined rather than
-    one counted twice. Transients longer than ``settle`` count as attractors.
+    one counted twice. Transients longer than ``settle_periods`` count as attractors.
     """
     check_kind("over", over, Mapping, "a dictionary from names of parameters to values")
     if isinstance(start, State) or not over:

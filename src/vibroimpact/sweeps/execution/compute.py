@@ -106,7 +106,7 @@ def _run(work: _Work, systems: Rows, states: States) -> Arrays:
         position=states.position,
         velocity=states.velocity,
         phase=states.phase,
-        settle=window.settle * unit,
+        settle=window.settle_periods * unit,
         observe=window.periods * unit,
         most_impacts=window.most_impacts,
     )
