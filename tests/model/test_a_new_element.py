@@ -138,7 +138,7 @@ branch = vi.continue_orbit(orbit, "elements[0].stiffness", (4.0, 12.0))
 vi.save_branch(branch, "branch.nc")
 again = vi.load_branch("branch.nc")
 swept = vi.sweep(forced, over={"elements[0].upper": [0.8, 1.0]}, start=vi.State((0.0,), (1.0,)),
-                 settle=5, periods=20, observe=["final", "states"], progress=False)
+                 settle_periods=5, periods=20, observe=["final", "states"], progress=False)
 print(json.dumps({
     "restored": [system_of(text_of(one)) == one for one in (free, forced)],
     "time": run.time.tolist(), "states": run.states[:, 0].tolist(), "status": run.status.tolist(),
@@ -153,12 +153,10 @@ print(json.dumps({
 
 def line_added(table: Path, after: str, line: str, module: str, name: str) -> None:
     """Add an element to a table, and its import."""
-    text = table.read_text()
+    text, first = table.read_text(), "from vibroimpact."
     assert after in text
-    import_ = f"from vibroimpact.{module} import {name}\n"
-    first = "from vibroimpact."
-    text = text.replace(first, import_ + first, 1).replace(after, after + line)
-    table.write_text(text)
+    text = text.replace(first, f"from vibroimpact.{module} import {name}\n{first}", 1)
+    table.write_text(text.replace(after, after + line))
 
 
 @pytest.fixture(scope="module")
@@ -171,11 +169,12 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         shutil.copy(cast(str, built.__file__), package)
     (package / "model" / "elements" / "dead_band.py").write_text(MODEL)
     (package / "compile" / "elements" / "dead_band.py").write_text(ROWS)
-    model, rows = "model.elements.dead_band", "compile.elements.dead_band"
-    line_added(package / "model/elements/table.py", "(RigidStop,", " DeadBand,", model, "DeadBand")
-    rows_table = package / "compile/elements/table.py"
-    line_added(rows_table, "SoftStop: SoftStopRows,", " DeadBand: DeadBandRows,", model, "DeadBand")
-    line_added(rows_table, "", "", rows, "DeadBandRows")
+    model, rows = "model.elements", "compile.elements"
+    for table, after, line, module, name in (
+        (model, "(RigidStop,", " DeadBand,", f"{model}.dead_band", "DeadBand"),
+        (rows, "= {", '"dead_band": DeadBandRows,', f"{rows}.dead_band", "DeadBandRows"),
+    ):
+        line_added(package / table.replace(".", "/") / "table.py", after, line, module, name)
     done = subprocess.run(
         [sys.executable, "-c", CHILD], cwd=folder, capture_output=True, text=True, check=False,
         env=os.environ | {"PYTHONPATH": str(folder / "src"), "VIBROIMPACT_TARGET": _kernel.target},
@@ -192,6 +191,7 @@ def soft() -> vi.Mechanism:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_free_mass_crosses_the_band_and_turns_in_half_a_period_of_the_spring(
     found: dict[str, Any],
 ) -> None:
@@ -203,10 +203,12 @@ def test_a_free_mass_crosses_the_band_and_turns_in_half_a_period_of_the_spring(
     assert found["force"] == pytest.approx([0.0, -3.0], abs=1e-12)
 
 
+@pytest.mark.slow
 def test_it_is_stored_in_files_and_read_from_them(found: dict[str, Any]) -> None:
     assert found["restored"] == [True, True]
 
 
+@pytest.mark.slow
 def test_it_is_drawn_with_its_name_its_numbers_and_its_states(found: dict[str, Any]) -> None:
     shown = "\n".join(found["shown"])
     assert "dead band 0: $x_{1}=1$\n$k=9$" in shown
@@ -214,6 +216,7 @@ def test_it_is_drawn_with_its_name_its_numbers_and_its_states(found: dict[str, A
     assert "below the band" in shown
 
 
+@pytest.mark.slow
 def test_its_orbits_are_those_of_a_soft_stop_with_the_same_law(found: dict[str, Any]) -> None:
     orbit = vi.find_orbit(soft(), vi.State((0.0,), (1.0,)))
     branch = vi.continue_orbit(orbit, "elements[0].stiffness", (4.0, 12.0))
@@ -225,9 +228,10 @@ def test_its_orbits_are_those_of_a_soft_stop_with_the_same_law(found: dict[str, 
         assert here == pytest.approx(there.parameter, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_sweep_of_it_has_the_motions_of_a_soft_stop(found: dict[str, Any]) -> None:
     swept = vi.sweep(
-        soft(), over={"elements[0].upper": [0.8, 1.0]}, start=vi.State((0.0,), (1.0,)), settle=5,
+        soft(), over={"elements[0].upper": [0.8, 1.0]}, start=vi.State((0.0,), (1.0,)), settle_periods=5,
         periods=20, observe="final", progress=False,
     )  # fmt: skip
     assert found["final"] == pytest.approx(swept.final_position.values, abs=1e-10)

@@ -170,7 +170,7 @@ class Piecewise:
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.rows = StateRows(self.degrees, self.omegas, self.scale)
         self.rigid = [RigidStopRows(stop, self.rows) for stop in m.rigid_stops]
-        self.parts: list[ElementRows[Any]] = [ROWS[type(e)](e, self.rows) for e in m.switching]
+        self.parts: list[ElementRows[Any]] = [ROWS[e.kind](e, self.rows) for e in m.switching]
         self._check_lines()
         self.units = list[float]()
         if searched:
