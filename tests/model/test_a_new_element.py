@@ -89,7 +89,7 @@ class DeadBandRows(ElementRows[DeadBand]):
         """That of the spring."""
         if (spring := self.element.pressed(state)) is None:
             return None
-        out = [spring.stiffness * x for x in self.gap()]
+        out = [spring.stiffness * x for x in self.gap]
         out[-1] = out[-1] - spring.stiffness * spring.limit
         return out, -1
 
@@ -97,7 +97,7 @@ class DeadBandRows(ElementRows[DeadBand]):
         """Where the band begins."""
         e = self.element
         bounds = ((e.lower, e.upper), (e.upper, math.inf), (-math.inf, e.lower))[state]
-        return [Limits(self.gap(), *bounds)]
+        return [Limits(self.gap, *bounds)]
 '''
 CHILD = """
 import json

@@ -84,7 +84,8 @@ class Hybrid:
         self.size = 2 * (n + lines)
         self._shapes: dict[Closed, tuple[Reduced, BlockForm] | None] = {}
         self._built: dict[Closed, ModeCoordinates] = {}
-        few = len(mechanism.rigid_stops) <= FEW
+        self.stops = mechanism.rigid_stops
+        few = len(self.stops) <= FEW
         self.proportion = None if few else proportion(mechanism)
         self.closed = self._possible(self._sides()) if few else []
         self.units = list[float]()
@@ -120,14 +121,14 @@ class Hybrid:
 
     def mode(self, code: int) -> Mode:
         """Compile the mode of a closed set."""
-        closed = closed_from_code(code, len(self.mechanism.rigid_stops))
+        closed = closed_from_code(code, len(self.stops))
         c = self._coordinates(closed)
         forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
         held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
         sides = dict(closed)
-        rows = [list(self.mechanism.rigid_stops[i].row) for i in sides]
+        rows = [list(self.stops[i].row) for i in sides]
         guards = []
-        for i, contact in enumerate(self.mechanism.rigid_stops):
+        for i, contact in enumerate(self.stops):
             if i in held:
                 row, gain, limits = held[i][:-1], held[i][-1], (0.0, math.inf)
             else:
@@ -155,7 +156,7 @@ class Hybrid:
 
     def _sides(self) -> list[list[int]]:
         """Sides on which each contact has a stop."""
-        contacts = self.mechanism.rigid_stops
+        contacts = self.stops
         return [
             [s for s in (1, -1) if not is_infinite(Stop(i, s).limit(contacts))]
             for i in range(len(contacts))
@@ -175,7 +176,7 @@ class Hybrid:
         The side on which a contact is closed does not matter: a stop exerts no force on a block
         without stiffness.
         """
-        count = len(self.mechanism.rigid_stops)
+        count = len(self.stops)
         if self.proportion or not FEW < count <= MOST:
             return self.closed
         return self._on_one_side()
@@ -190,7 +191,7 @@ class Hybrid:
 
     def _is_modal(self) -> bool:
         """Whether every mode has blocks, without negative stiffness or damping, and no resonance."""
-        if len(self.mechanism.rigid_stops) > MOST and not self.proportion:
+        if len(self.stops) > MOST and not self.proportion:
             return False
         motions = self._block_forms()
         if not all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in motions):
@@ -199,7 +200,7 @@ class Hybrid:
 
     def _responds(self) -> bool:
         """Whether the forcing is at no resonance; at one, the full matrix serves."""
-        few = len(self.mechanism.rigid_stops) <= MOST
+        few = len(self.stops) <= MOST
         sets = self._on_one_side() if few else self._known()
         try:
             for closed in ((), *sets):

@@ -409,7 +409,7 @@ class Piecewise:
         """Speed / scale of the coordinate of a slider that sticks, by r v = s."""
         at, row = self.sliders[number], part.element.row
         others = [0.0 if j == at else x for j, x in enumerate(row)]
-        moved = plus(self.rows.waves(part.held_speed()), self.rows.velocity(others), -1.0)
+        moved = plus(self.rows.waves(part.held_speed), self.rows.velocity(others), -1.0)
         return [x / (self.scale * row[at]) for x in moved]
 
     def _rate_of_balance(self, row: Vector) -> Vector:
@@ -449,7 +449,7 @@ class Piecewise:
 
     def gap_row(self, number: int) -> Vector:
         """Row . x of an element, relative to what moves, as a row on (x, v, w, 1)."""
-        return [*self.rigid, *self.parts][number].gap()
+        return [*self.rigid, *self.parts][number].gap
 
     def _work(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Work]:
         """Force and speed of every element that switches."""
@@ -471,7 +471,7 @@ class Piecewise:
             else:
                 row, sign = found
                 force = self._put_in([sign * x for x in row], speeds)
-                out.append(Work(force, self._put_in(part.speed(), speeds)))
+                out.append(Work(force, self._put_in(part.speed, speeds)))
         return out
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
@@ -634,7 +634,7 @@ class Piecewise:
 
     def _is_pinned(self, part: ElementRows[Any], constraints: list[Constraint]) -> bool:
         """Whether constraints determine row . v of an element, and it is the speed at which it is held."""
-        rows, row, speed = [c.row for c in constraints], list(part.element.row), part.held_speed()
+        rows, row, speed = [c.row for c in constraints], list(part.element.row), part.held_speed
         if not rows or linear.null_space([*rows, row]) is not None:
             return False
         across = [[dot(row, other)] for other in rows]
@@ -659,11 +659,11 @@ class Piecewise:
                 hold, pinned = None, False
                 if state == e.holding:
                     force = forces.light.held[number] if slider else next(stuck)
-                    hold, zero = Hold(force, self._level(number)), None if slider else part.speed()
+                    hold, zero = Hold(force, self._level(number)), None if slider else part.speed
                 elif slider:
                     zero = forces.light.balance.get(number)
                 elif state in e.slipping and self._is_pinned(part, forces.constraints):
-                    pinned, zero = True, part.speed()  # it slips at speed zero
+                    pinned, zero = True, part.speed  # it slips at speed zero
                 on_line[number] = part.limits(state, hold, pinned=pinned)
             found = [] if zero is None else [Limits(zero, 0.0, 0.0)]
             for row, lower, upper, impulse in (*found, *on_line[first]):

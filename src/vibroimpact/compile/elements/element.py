@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Generic, NamedTuple, TypeVar
 
 from vibroimpact._core.linear import Matrix, Vector
@@ -94,11 +95,13 @@ class ElementRows(Generic[Kind]):
     def __init__(self, element: Kind, rows: StateRows) -> None:
         self.element, self.rows = element, rows
 
+    @cached_property
     def gap(self) -> Vector:
         """Row . x, relative to what moves."""
         e, rows = self.element, self.rows
         return plus(rows.position(e.row), rows.waves(rows.motion(e.motion)), -1.0)
 
+    @cached_property
     def speed(self) -> Vector:
         """Row . v, relative to what moves: the speed at which its force works."""
         e, rows = self.element, self.rows
@@ -106,6 +109,7 @@ class ElementRows(Generic[Kind]):
         out[-1] = out[-1] - e.grip.speed
         return out
 
+    @cached_property
     def held_speed(self) -> Vector:
         """Row . v while it is held, as a row on (w, 1)."""
         speed = self.rows.motion(self.element.motion, 1)
@@ -115,7 +119,7 @@ class ElementRows(Generic[Kind]):
     def constraint(self) -> Constraint:
         """What it prescribes in its holding state; of a rigid stop, while it is closed."""
         acceleration = self.rows.motion(self.element.motion, 2)
-        return Constraint(list(self.element.row), self.held_speed(), acceleration)
+        return Constraint(list(self.element.row), self.held_speed, acceleration)
 
     def force(self, state: int) -> tuple[Vector, int] | None:
         """Force along its row with its sign in a state that does not hold; None where there is none."""

@@ -44,4 +44,4 @@ class FrictionRows(ElementRows[Friction]):
         if pinned:
             return pressed
         way = POSITIVE if state == FrictionState.FORWARD else NEGATIVE
-        return [Limits(self.speed(), *way), *pressed]
+        return [Limits(self.speed, *way), *pressed]

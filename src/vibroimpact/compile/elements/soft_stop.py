@@ -18,7 +18,7 @@ class SoftStopRows(ElementRows[SoftStop]):
         """Row of the force of spring and dashpot, > 0 where it presses; of the latter a share 1, 0, -1."""
         limit, k, c = self.element.spring_at(side)
         c = share * c
-        out = [side * (k * x + c * y) for x, y in zip(self.gap(), self.speed(), strict=True)]
+        out = [side * (k * x + c * y) for x, y in zip(self.gap, self.speed, strict=True)]
         out[-1] = out[-1] - side * (k * limit)
         return out
 
@@ -33,7 +33,7 @@ class SoftStopRows(ElementRows[SoftStop]):
 
     def limits(self, state: int, hold: Hold | None, *, pinned: bool) -> list[Limits]:
         """Where the gap opens or closes, and where its law asks for another force."""
-        e, gap, side = self.element, self.gap(), self.element.side_of(state)
+        e, gap, side = self.element, self.gap, self.element.side_of(state)
         if not side:
             return [Limits(gap, e.lower, e.upper)]
         within = Limits(gap, *((e.upper, math.inf) if side > 0 else (-math.inf, e.lower)))
