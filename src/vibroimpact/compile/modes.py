@@ -31,28 +31,16 @@ class Guard(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What ends the state of an element, ``lower <= row . y + gain <= upper``.
-
-    Attributes
-    ----------
-    element
-        Its number among the elements that switch.
-    held
-        Whether the mode keeps the row at zero: slip, while friction sticks.
-    reset
-        Number of the map of y that acts where a limit is reached; -1 for none.
-    target
-        Code of the mode that follows; -1 where the kernel decides.
-    """
+    """What ends the state of an element: ``lower <= row . y + gain <= upper`` holds while it lasts."""
 
     row: Vector
     gain: float
     lower: float
     upper: float
-    element: int
-    held: bool = False
-    reset: int = -1
-    target: int = -1
+    element: int  # its number among the elements that switch
+    held: bool = False  # whether the mode keeps the row at zero: slip, while friction sticks
+    reset: int = -1  # number of the map of y that acts where a limit is reached; -1 for none
+    target: int = -1  # code of the mode that follows; -1 where the kernel decides
 
 
 class Law(NamedTuple):
