@@ -406,7 +406,7 @@ def test_a_mechanism_with_elements_is_kept_in_a_text_to_the_last_bit() -> None:
         ("motion = { omega", "motion = { omgea", r"elements\]\] 1: motion: omgea: .*mean omega"),
         ("motion = { omega = 1.3, ", "motion = { ", r"1: motion: omega: missing"),
         ("sine = [0.1] }", "sine = [0.1, 0.2] }", r"1: motion: has 2 amplitudes"),
-        ("row = [0.0, 1.0]", "row = [1.0]", r"\[mechanism\]: contacts\[0\]\.row has shape"),
+        ("row = [0.0, 1.0]", "row = [1.0]", r"\[mechanism\]: elements\[0\]\.row has shape"),
     ],
 )
 def test_a_mistake_in_an_element_is_named_with_its_table_and_key(

@@ -320,7 +320,7 @@ def test_a_number_that_counts_cannot_be_differentiated() -> None:
 
 def test_two_restitutions_are_named_one_by_one() -> None:
     system = oscillator(upper=0.5, lower=-0.5, restitution=(0.6, 0.7))
-    with pytest.raises(REFUSED, match=r"restitution\[0\] or contacts\[0\]\.restitution\[1\]"):
+    with pytest.raises(REFUSED, match=r"restitution\[0\] or elements\[0\]\.restitution\[1\]"):
         with_parameter(system, "elements[0].restitution", 0.5)
     assert isinstance(with_parameter(system, "elements[0].restitution[1]", 0.5), vi.Mechanism)
 
