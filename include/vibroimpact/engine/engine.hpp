@@ -23,7 +23,8 @@ VI_HD inline bool is_unfinished(status what) {
     return what == status::paused || what == status::searching;
 }
 
-inline constexpr int most_counted = 1 << 30; // applications
+inline constexpr int most_counted =
+    1 << 30; // applications of propagators: a count that does not overflow
 
 // What happens next, rest and chatter before flight.
 template <class T, class Flow>
@@ -44,7 +45,10 @@ next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>&
     const auto end = certified_flight(system.modes[at.mode], at, horizon, may_pause, earlier);
     e = cross_guard(system, at, end);
     const double applied = min(end.applications, static_cast<double>(most_counted));
-    e.code = is_unfinished(e.what) ? static_cast<int>(applied) : end.examined;
+    if (is_unfinished(e.what))
+        e.applications = static_cast<int>(applied);
+    else
+        e.examined = end.examined;
     return e;
 }
 
@@ -96,7 +100,7 @@ missing_mode(const hybrid<Flow>& system, const trajectory<T, typename Flow::shap
              int code) {
     auto e = plain_event<T, typename Flow::shape_type>(status::missing_mode, -1, 0, T(0.0),
                                                        in_free_coordinates(system, at));
-    e.code = code;
+    e.wanted = code;
     return e;
 }
 
@@ -125,7 +129,7 @@ certified_step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     if (missing == 0) return e;
     at = start;
     e.what = status::missing_mode;
-    e.code = missing;
+    e.wanted = missing;
     return e;
 }
 
@@ -185,7 +189,8 @@ continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shap
     if (plain(flown) > 0.0) earlier += applications_of_round; // of a scan that came nearer
     auto e = certified_step(system, at, horizon - plain(flown), may_pause, earlier);
     if (is_unfinished(e.what))
-        e.code = e.code < most_counted - earlier ? e.code + earlier : most_counted;
+        e.applications =
+            e.applications < most_counted - earlier ? e.applications + earlier : most_counted;
     e.duration = flown + e.duration;
     return e;
 }
@@ -259,14 +264,14 @@ fly_to_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type
             if (system.elements.count > 0) {
                 auto e = fly_in_mode(system, at, flown, earlier, horizon);
                 if (e.what != status::paused) {
-                    e.code = settle_after(system, at, e);
-                    if (e.code != 0) e.what = status::missing_mode;
+                    e.wanted = settle_after(system, at, e);
+                    if (e.wanted != 0) e.what = status::missing_mode;
                     return e;
                 }
             }
         memory.forget();
         auto e = continue_certified(system, at, flown, earlier, horizon);
-        if (e.what == status::horizon) e.code += searched * steps_in_a_row;
+        if (e.what == status::horizon) e.examined += searched * steps_in_a_row;
         if (!is_unfinished(e.what)) return e;
         if (e.what == status::searching) {
             if (interrupted && interrupted()) return e;
@@ -277,7 +282,7 @@ fly_to_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type
             }
         }
         flown = e.duration;
-        earlier = e.code;
+        earlier = e.applications;
     }
 }
 

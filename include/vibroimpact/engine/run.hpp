@@ -127,7 +127,7 @@ next_within(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
     auto e = step(system, at, first, memory, limit.interrupted);
     if (left < infinity()) return e;
     const double longest = 0.5 * most_steps * system.modes[at.mode].flow.step;
-    for (long examined = e.code; e.what == status::horizon; examined += e.code) {
+    for (long examined = e.examined; e.what == status::horizon; examined += e.examined) {
         quietly = run_end::silent;
         if (is_silent(system.modes[at.mode], at.y, at)) return e;
         quietly = run_end::quiet;
@@ -173,7 +173,7 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
         const double left = limit.t_max - so_far.now.time();
         run_end quietly = run_end::horizon;
         const auto e = detail::next_of_run(system, at, left, limit, memory, quietly);
-        if (e.what == status::missing_mode) return {run_end::missing, e.code};
+        if (e.what == status::missing_mode) return {run_end::missing, e.wanted};
         if (e.what == status::searching) {
             so_far.now.add(plain(e.duration));
             return {run_end::interrupted, 0};
@@ -183,7 +183,7 @@ VI_HD inline run_result run(const hybrid<Flow>& system,
         const run_end why = end_of_run(so_far, e, limit, quietly);
         if (why != run_end::none) return {why, 0};
         if (!go_on) return {run_end::observer, 0};
-        work += 1 + e.code;
+        work += 1 + e.examined;
         if constexpr (!is_modal<Flow>) // observers march where the flight strode
             work += static_cast<long>(min(plain(e.duration) / system.modes[0].flow.step,
                                           static_cast<double>(between_interrupt_checks)));

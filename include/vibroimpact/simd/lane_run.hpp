@@ -271,7 +271,6 @@ private:
         e.what = status::impact;
         e.contact = static_cast<int>(lane(end_.stop.contact, i));
         e.side = static_cast<int>(lane(end_.stop.side, i));
-        e.code = 0;
         e.duration = take_lane<double>(end_.duration, i);
         e.rate_before = -lane(end_.stop.side, i) * take_lane<double>(end_.speed, i);
         e.rate_after = at.rate[e.contact];
@@ -348,7 +347,7 @@ private:
             if (e.what == status::searching) *work_ += steps_in_a_row;
             resume(i, at);
             set_lane(all.flown, i, e.duration);
-            set_lane(all.applications, i, e.code);
+            set_lane(all.applications, i, e.applications);
             return;
         }
         for (int bounces = 0; e.what != status::paused; ++bounces) {
@@ -358,7 +357,7 @@ private:
                     set_lane(all.flown, i, flown);
                     set_lane(all.applications, i, earlier);
                 }
-                return request_mode(i, e.code);
+                return request_mode(i, e.wanted);
             }
             count(slot.run->so_far, e);
             if (!report_certified(i, e, at)) return;

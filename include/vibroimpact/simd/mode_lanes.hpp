@@ -497,11 +497,11 @@ private:
         const auto e = detail::continue_certified(*slot.system, at, flown, earlier, left);
         if (detail::is_unfinished(e.what)) {
             if (e.what == status::searching) *work_ += steps_in_a_row;
-            return resume(i, e.duration, e.code);
+            return resume(i, e.duration, e.applications);
         }
         if (e.what == status::missing_mode) {
             at = start;
-            return request_mode(i, e.code);
+            return request_mode(i, e.wanted);
         }
         if (report(i, e)) resume(i);
     }

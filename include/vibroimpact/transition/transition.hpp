@@ -55,9 +55,10 @@ template <class T, class Shape>
 struct event {
     status what;
     int contact, side;
-    int code; // closed set wanted, for missing_mode; of a flight, applications so far where there is no
-              // event yet, else the steps that were examined
-    T duration; // since the previous event
+    int wanted = 0;       // code of the mode that is missing, for missing_mode
+    int applications = 0; // of propagators in the flight so far, where there is no event yet
+    int examined = 0;     // steps of the flight that were examined
+    T duration;           // since the previous event
     T rate_before, rate_after;
     vec<T, Shape::max_dimension> before; // free coordinates just before the jump
 };
@@ -67,7 +68,7 @@ namespace detail {
 template <class T, class Shape>
 VI_HD inline event<T, Shape> plain_event(status what, int contact, int side, const T& duration,
                                          const vec<T, Shape::max_dimension>& before) {
-    return {what, contact, side, 0, duration, T(0.0), T(0.0), before};
+    return {what, contact, side, 0, 0, 0, duration, T(0.0), T(0.0), before};
 }
 
 // An event without its derivatives.
@@ -76,7 +77,9 @@ VI_HD inline event<double, Shape> values(const event<T, Shape>& e, int n) {
     return {e.what,
             e.contact,
             e.side,
-            e.code,
+            e.wanted,
+            e.applications,
+            e.examined,
             plain(e.duration),
             plain(e.rate_before),
             plain(e.rate_after),
@@ -314,7 +317,7 @@ event_of_rest(const hybrid<Flow>& system, const trajectory<T, typename Flow::sha
     const int side = r.contact >= 0 ? static_cast<int>(plain(at.touching[r.contact])) : 0;
     auto e = plain_event<T, typename Flow::shape_type>(what, r.contact, side, r.duration,
                                                        in_free_coordinates(system, at));
-    e.code = what == status::missing_mode ? r.code : 0;
+    if (what == status::missing_mode) e.wanted = r.code;
     return e;
 }
 
@@ -433,7 +436,6 @@ VI_HOT event<T, Shape> event_of_round(const hybrid<Flow>& system, trajectory<T, 
     e.what = status::impact;
     e.contact = static_cast<int>(plain(end.stop.contact));
     e.side = static_cast<int>(plain(end.stop.side));
-    e.code = 0;
     e.duration = end.duration;
     e.rate_before = -end.stop.side * end.speed;
     const auto y = at.y;
