@@ -24,7 +24,6 @@ OSCILLATOR = vi.Mechanism(
     stiffness=((1.0,),),
     forces=(vi.Harmonic(0.8, (1.0,)),),
     elements=(vi.RigidStop((1.0,), upper=0.5, restitution=0.7),),
-    contact_names=("wall",),
 )
 
 

@@ -399,7 +399,7 @@ def test_a_mechanism_with_elements_is_kept_in_a_text_to_the_last_bit() -> None:
     ("old", "new", "said"),
     [
         ('kind = "friction"', 'kind = "brake"', r"elements\]\] 2: kind = 'brake'; must be one of"),
-        ('kind = "friction"\n', "", r"elements\]\] 2: kind: missing; must be one of \"soft_stop"),
+        ('kind = "friction"\n', "", r"elements\]\] 2: kind: missing; must be one of \"rigid_stop"),
         ("kinetic = 0.2\n", "", r"elements\]\] 2: kinetic: missing"),
         ("kinetic", "mu", r"elements\]\] 2: mu: .*coefficient times normal load"),
         ("stiffness = 29.0", "stiffness = -29.0", r"elements\]\] 1: stiffness = -29\.0: must be"),

@@ -31,7 +31,6 @@ def chain(wall: float) -> vi.Mechanism:
         stiffness=[[2.0, -1.0], [-1.0, 1.0]], forces=(vi.Harmonic(0.8, (1.0, 0.0)),),
         elements=(vi.RigidStop((1.0, 0.0), upper=wall, restitution=(0.7, 0.8)),
                   vi.RigidStop((-1.0, 1.0), lower=-1.0, restitution=0.6)),
-        contact_names=("wall", "gap"),
     )  # fmt: skip
 
 
