@@ -1,13 +1,14 @@
 """``python -m benchmarks.branches``: branches of orbits and normal forms, and how both grow.
 
 Answers are asserted before anything is timed: the special points of the impact damper's symmetric
-branch against its closed form, determinant identities everywhere.
+branch against 50-digit references, determinant identities everywhere.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+import tomllib
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from vibroimpact.orbits.find import repeated, unfolded
 
 POINTS = 200
 RANGE = (0.5, 1.5)
+REFERENCE = Path(__file__).parents[1] / "tests" / "reference" / "bifurcations.toml"
 DEGREES = (1, 2, 5, 10)
 IMPACTS = (2, 4, 8, 12)
 NARROW = 0.02  # of omega: a branch of POINTS / 2 points in each direction is cut off there
@@ -59,11 +61,12 @@ def chain(n: int) -> vi.Mechanism:
 
 
 def assert_special_points() -> None:
-    """The branch of set A has the bifurcations of its closed form, to 1e-10."""
+    """The branch of set A has the bifurcations of the references, to 1e-10."""
     branch = vi.continue_orbit(vi.symmetric_orbits(damper())[0], "omega", RANGE)
-    for point in vi.symmetric_bifurcations(damper(), RANGE):
-        near = [p.parameter for p in branch.special_points if p.kind == point.kind]
-        assert min(abs(x - point.omega) for x in near) < 1e-10, (point, branch)
+    points = tomllib.loads(REFERENCE.read_text(encoding="utf-8"))["bifurcation"]
+    for point in (one for one in points if one["set"] == "A"):
+        near = [p.parameter for p in branch.special_points if p.kind == point["kind"]]
+        assert min(abs(x - float(point["omega"])) for x in near) < 1e-10, (point, branch)
 
 
 def longer(orbit: vi.Orbit, impacts: int) -> vi.Orbit:

@@ -21,7 +21,7 @@ def main(out: str | None = None) -> None:
     for orbit in vi.symmetric_orbits(DAMPER):
         print(orbit)
         print(f"  determinant identity holds to {orbit.determinant_error:.0e}")
-    for point in vi.symmetric_bifurcations(DAMPER, RANGE):
+    for point in vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", RANGE).special_points:
         print(point)
     path = [
         vi.symmetric_orbits(replace(DAMPER, omega=omega))[0] for omega in np.linspace(*RANGE, 401)

@@ -31,7 +31,7 @@ def main(out: str | None = None) -> None:
     for point in resonances:
         form = point.normal_form
         print(f"{point.label}: |A| = {abs(form.scaled):.6f}; {form.meaning}")
-    (strong,) = (point for point in resonances if point.normal_form.folds_exist)
+    (strong,) = (point for point in resonances if point.normal_form.switchable)
     folds = vi.switch_curve(strong)
     if isinstance(folds, vi.NoCurve):
         raise SystemExit(folds.reason)

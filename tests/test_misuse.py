@@ -39,11 +39,11 @@ SI = {"M1": 1.0, "M2": 0.1, "K": 1.0, "C": 0.1, "F0": 1.0, "Omega": 1.0, "D": 1.
       "restitution": 0.5}  # fmt: skip
 WINDOW = {"settle_periods": 2, "periods": 2, "most_impacts": 1000, "progress": False}
 RESULTS = {  # made by functions, not by hand
-    "Atlas", "AtlasPoint", "Attractor", "Bifurcation", "BifurcationCurve", "BifurcationPoint",
+    "Atlas", "AtlasPoint", "Attractor", "BifurcationCurve", "BifurcationPoint",
     "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
-    "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "Run", "Section",
-    "StateSection", "StroboscopicSection", "SymmetricOrbit", "Tongue",
+    "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
+    "StateSection", "StroboscopicSection", "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
     "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "Objective", "ParetoFront",
 }  # fmt: skip
@@ -64,7 +64,7 @@ LONG = {
     ("optimise", "refine"), ("pareto_front", "budget"), ("pareto_front", "refine"),
     ("frequency_response", "number"), ("frequency_response", "starts"),
     ("frequency_response", "settle_periods"), ("frequency_response", "periods"),
-    ("section_jacobian", "impacts"), ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
+    ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
 }  # fmt: skip
 
 Call = tuple[Callable[..., Any], dict[str, Any]]
@@ -320,17 +320,11 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "map_derivative": (
             vi.map_derivative, motion | {"impacts": 1, "t_max": 100.0, "directions": np.eye(5)},
         ),
-        "section_jacobian": (
-            vi.section_jacobian, {"damper": damper, "state": closed.state, "impacts": 2},
-        ),
         "sweep_attractor": (
             vi.sweep_attractor,
             motion | where | {"parameter": "omega", "values": [1.2], "settle": 2, "keep": 2},
         ),
         "symmetric_orbits": (vi.symmetric_orbits, {"damper": damper}),
-        "symmetric_bifurcations": (
-            vi.symmetric_bifurcations, {"damper": damper, "omega": (1.0, 1.02)},
-        ),
         "find_orbit": (
             vi.find_orbit,
             {"system": damper, "guess": closed, "impacts": ("A", "B"), "cycles": 1,
@@ -721,8 +715,8 @@ NAMES = [
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",
     "ListedStarts", "simulate", "simulate, no end", "Run.at", "Run.forces", "impact_section",
     "stroboscopic_section", "state_section", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
-    "lyapunov_spectrum", "map_derivative", "section_jacobian", "sweep_attractor",
-    "symmetric_orbits", "symmetric_bifurcations", "find_orbit", "Guess", "find_orbits", "full_map",
+    "lyapunov_spectrum", "map_derivative", "sweep_attractor",
+    "symmetric_orbits", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
     "find_circle", "find_circle, formula", "CircleGuess", "Circle.at", "Circle.plot",
     "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot", "switch_circle",

@@ -39,7 +39,7 @@ GROUPS = {
         ),
     ],
     "Symmetric orbits and bifurcations": [
-        *("symmetric_orbits", "SymmetricOrbit", "symmetric_bifurcations", "Bifurcation"),
+        "symmetric_orbits",
     ],
     "Periodic orbits": [
         *("find_orbit", "find_orbits", "Orbit", "OrbitSearch", "Guess", "Family"),
@@ -92,7 +92,7 @@ GROUPS = {
         *("ForceRecord", "simulate_record", "RecordResponse", "Energies"),
         *("response_spectrum", "ResponseSpectrum"),
     ],
-    "Derivatives": ["map_derivative", "MapDerivative", "section_jacobian"],
+    "Derivatives": ["map_derivative", "MapDerivative"],
     "Errors": [
         *("VibroImpactError", "InvalidParameterError", "StoreError", "ClusterLostError"),
         "BackendUnavailableError",

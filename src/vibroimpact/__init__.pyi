@@ -44,11 +44,6 @@ from vibroimpact.branches.store import load_branch as load_branch
 from vibroimpact.branches.store import save_branch as save_branch
 from vibroimpact.branches.switch import NoBranch as NoBranch
 from vibroimpact.branches.switch import switch_branch as switch_branch
-from vibroimpact.closed_forms.bifurcations import Bifurcation as Bifurcation
-from vibroimpact.closed_forms.bifurcations import symmetric_bifurcations as symmetric_bifurcations
-from vibroimpact.closed_forms.section_jacobian import section_jacobian as section_jacobian
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit as SymmetricOrbit
-from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits as symmetric_orbits
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design.maps import DesignMap as DesignMap
 from vibroimpact.design.maps import design_map as design_map
@@ -93,6 +88,7 @@ from vibroimpact.orbits.maps import stroboscopic_map as stroboscopic_map
 from vibroimpact.orbits.orbit import Orbit as Orbit
 from vibroimpact.orbits.search import find_orbits as find_orbits
 from vibroimpact.orbits.search_result import OrbitSearch as OrbitSearch
+from vibroimpact.orbits.symmetric_damper import symmetric_orbits as symmetric_orbits
 from vibroimpact.response.answers import Answer as Answer
 from vibroimpact.response.curves import ResponseCurve as ResponseCurve
 from vibroimpact.response.response import Response as Response

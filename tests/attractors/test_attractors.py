@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import symmetric_bifurcations
 
 import vibroimpact as vi
 from vibroimpact.attractors.classify import Attractor, classify
@@ -372,7 +373,7 @@ def test_circles_are_one_symmetric_closed_curve_with_exponent_zero(damper, omega
 def test_the_circle_of_set_a_is_born_supercritically_at_the_point_found_in_closed_form():
     # Squares of amplitudes are linear in the distance to the Neimark-Sacker point, and rotation
     # numbers run into the angle of the multiplier there, 2 pi rho, both up to O(distance^2).
-    (birth,) = [p for p in vi.symmetric_bifurcations(SET_A, omega=(1.0, 1.02)) if p.kind == "NS"]
+    (birth,) = [p for p in symmetric_bifurcations(SET_A, omega=(1.0, 1.02)) if p.kind == "NS"]
     steps = np.array([2e-4, 4e-4])
     circles = [
         classify(replace(SET_A, omega=birth.omega - d), PLAIN, max_settle=512_000) for d in steps

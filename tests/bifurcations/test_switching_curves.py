@@ -69,7 +69,7 @@ def exponent(away: np.ndarray, amplitude: np.ndarray) -> float:
 
 def test_folds_of_period_four_begin_in_the_directions_of_the_normal_form() -> None:
     curves = switched("R4_1")
-    directions = torus()["R4_1"].normal_form.fold_directions
+    directions = vi.normal_forms.fold_directions(torus()["R4_1"].normal_form)
     taken = set()
     for curve in curves:
         assert curve.kind == "SN"

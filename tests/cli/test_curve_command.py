@@ -13,7 +13,7 @@ from support.commands import assert_nothing_written, said
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
-from vibroimpact.normal_forms.strong_resonance import OneToFour
+from vibroimpact.normal_forms import CodimensionTwo
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -64,9 +64,9 @@ def test_coefficients_are_printed_with_what_is_born(
     expected: vi.BifurcationCurve, told: Told
 ) -> None:
     form = expected["R4_1"].normal_form
-    assert isinstance(form, OneToFour)
+    assert isinstance(form, CodimensionTwo)
     assert f"R4_1: c = {form.c.real:.12g}{form.c.imag:+.12g}j, d = " in told.out
-    assert f"scaled {form.scaled.real:.12g}{form.scaled.imag:+.12g}j" in told.out
+    assert f"scaled = {form.scaled.real:.12g}{form.scaled.imag:+.12g}j" in told.out
     assert form.meaning in told.out
 
 

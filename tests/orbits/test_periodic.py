@@ -23,6 +23,7 @@ from support.periodic import (
     table,
 )
 from support.systems import oscillator, paper_damper, random_mechanism
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import half_map_jacobian
 
 import vibroimpact as vi
 from vibroimpact.orbits.find import SAME, Guess, mirror_distance, primitive, solve, unfolded
@@ -102,27 +103,36 @@ def test_the_textbook_oscillator_has_its_published_orbit() -> None:
     assert orbit.stable
 
 
+def strikes_b_first(damper: vi.ImpactDamper, state: vi.State) -> bool:
+    """Whether a motion that leaves stop A meets B half a period later, and nothing before."""
+    half = math.pi / damper.omega
+    run = vi.simulate(damper, state, impacts=1, t_max=1.5 * half)
+    leaves = state.velocity[1] < state.velocity[0]
+    return bool(leaves and len(run) and run.stop[0] == 1 and abs(run.time[0] / half - 1.0) < 1e-9)
+
+
 @pytest.mark.parametrize("name", PAPER_RANGES)
 def test_the_symmetric_branch_is_the_closed_form(name: str) -> None:
     for omega in np.linspace(*PAPER_RANGES[name], 21):
-        for closed in vi.symmetric_orbits(paper_damper(name, omega)):
-            orbit = vi.find_orbit(closed.damper, closed)
+        damper = paper_damper(name, omega)
+        for closed in vi.symmetric_orbits(damper):
+            orbit = vi.find_orbit(damper, closed)
             here = np.array([*orbit.state.position, *orbit.state.velocity])
             there = np.array([*closed.state.position, *closed.state.velocity])
             size = largest(there)
             np.testing.assert_allclose(here, there, rtol=0.0, atol=SOLVED * size)
             assert orbit.half_multipliers is not None
-            scale = largest(closed.half_jacobian)
+            half, _ = half_map_jacobian(damper, closed.state)
+            nus, scale = np.linalg.eigvals(half), largest(half)
             # eigenvalues of matrices that agree to 1e-11 of their entries, well separated or not
-            apart = sorted_by_angle(orbit.half_multipliers**2) - sorted_by_angle(closed.multipliers)
+            apart = sorted_by_angle(orbit.half_multipliers**2) - sorted_by_angle(nus**2)
             assert largest(apart) <= 1e-5 * scale**2
             # the characteristic polynomial has no such loss
             np.testing.assert_allclose(
-                np.poly(orbit.half_multipliers), np.poly(closed.half_multipliers),
-                rtol=0.0, atol=1e-10 * scale**2,
-            )  # fmt: skip
-            assert orbit.admissible == closed.admissible
-            assert orbit.stable == closed.stable
+                np.poly(orbit.half_multipliers), np.poly(nus), rtol=0.0, atol=1e-10 * scale**2
+            )
+            assert orbit.admissible == closed.admissible == strikes_b_first(damper, closed.state)
+            assert orbit.stable == closed.stable == (closed.admissible and largest(nus) < 1.0)
 
 
 def test_a_guess_may_be_an_orbit_a_run_a_state_or_segments() -> None:

@@ -39,8 +39,7 @@ FIELDS = ("omega", "half_clearance", "mass_ratio", "restitution", "zeta", "omega
 def orbit_of(entry: dict[str, Any]) -> Orbit:
     """The symmetric orbit of the damper that a reference is about."""
     damper = paper_damper(entry["set"], float(entry["omega"]))
-    (closed,) = (o for o in vi.symmetric_orbits(damper) if o.sign == entry["sign"])
-    return vi.find_orbit(damper, closed)
+    return vi.find_orbit(damper, vi.symmetric_orbits(damper)[(1, -1).index(entry["sign"])])
 
 
 def map_of(orbit: Orbit, name: str, parameter: str = "") -> SegmentMap:

@@ -152,7 +152,7 @@ def test_motion_that_does_not_alternate_is_reported() -> None:
     from vibroimpact.simulation.simulator import Simulator
 
     point = five_points()["A 1.0079"]
-    motion = Simulator(point.bifurcation.orbit.damper, State((0.0, 0.0), (0.0, 0.1)))
+    motion = Simulator(point.bifurcation.damper, State((0.0, 0.0), (0.0, 0.1)))
     motion.settle(3)
     assert circles.iterates(point, motion, 40)[1] == circles.LOST
 

@@ -25,11 +25,10 @@ from vibroimpact_papers.impact_damper.judged import Evidence
 from vibroimpact_papers.impact_damper.normal_forms import Appendix, appendix
 from vibroimpact_papers.impact_damper.plan import Plan
 from vibroimpact_papers.impact_damper.story_circles import point_record
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import symmetric_bifurcations
 from vibroimpact_papers.impact_damper.verdicts import judge, plain
 from vibroimpact_papers.report import Word
 
-from vibroimpact import symmetric_bifurcations
-from vibroimpact.orbits.find import of_symmetric
 from vibroimpact.orbits.maps import full_map, half_map
 from vibroimpact.plotting import plot_circles
 
@@ -90,7 +89,7 @@ def test_both_routes_agree_on_the_half_map_and_on_the_full_map(name: str) -> Non
 
 
 def appendix_of(name: str, *, half: bool = False) -> Appendix:
-    orbit = of_symmetric(five_points()[name].bifurcation.orbit)
+    orbit = five_points()[name].bifurcation.orbit
     return appendix(half_map(orbit) if half else full_map(orbit))
 
 

@@ -26,6 +26,7 @@ from vibroimpact_papers.impact_damper.resonances import (
     resonances_of,
     tongues_from,
 )
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import nus_of, symmetric_bifurcations
 from vibroimpact_papers.report import Word
 
 import vibroimpact as vi
@@ -54,7 +55,7 @@ def test_at_both_resonances_of_set_a_the_closed_form_has_multipliers_i() -> None
     assert [p.kind for p in of_a().strong] == ["R4", "R4"]
     assert [of_a().named("R4", omega) for omega in (0.928, 0.978)] == [*of_a().strong]
     for p in of_a().strong:
-        nu = orbit_at(SETS["A"], *p.parameters.values()).half_multipliers
+        nu = nus_of(orbit_at(SETS["A"], *p.parameters.values()))
         assert np.abs(nu - 1j).min() < 1e-9
         assert np.abs(nu**2 + 1.0).min() < 1e-9  # the full map has -1: no root of order four
 
@@ -62,7 +63,7 @@ def test_at_both_resonances_of_set_a_the_closed_form_has_multipliers_i() -> None
 @pytest.mark.slow
 def test_set_a_which_the_paper_calls_nonresonant_is_nearest_to_a_strong_resonance() -> None:
     span = (0.92, 1.02)
-    points = vi.symmetric_bifurcations(damper_of(SETS["A"], span[1]), span)
+    points = symmetric_bifurcations(damper_of(SETS["A"], span[1]), span)
     rows = distances(of_a(), SETS["A"], claims(), points)
     assert [d.what for d in rows] == ["printed", "computed", "computed"]
     lower = rows[1]

@@ -22,6 +22,7 @@ from vibroimpact_papers.impact_damper.unfolding_flows import (
 )
 
 import vibroimpact as vi
+from vibroimpact.normal_forms import fold_directions
 
 SET = parameter_sets()["A"]
 
@@ -103,7 +104,7 @@ def test_computed_folds_begin_along_the_predicted_half_lines() -> None:
     for fold in one.born:
         mus = np.array([unfolding.mu_at(SET, one.flow, *v) for v in fold])
         near = mus[np.argsort(np.abs(mus))[:5]]
-        turns = [abs(cmath.phase(near[0] / d)) for d in one.flow.form.fold_directions]
+        turns = [abs(cmath.phase(near[0] / d)) for d in fold_directions(one.flow.form)]
         taken.add(int(np.argmin(turns)))
         assert min(turns) < math.radians(3.0)
     assert taken == {0, 1}
@@ -128,7 +129,7 @@ def around_in_c(label: str) -> Unfolded:
 def three_flow(cubic: complex) -> ThreeFlow:
     """A flow with b = 1 and a given coefficient c'."""
     form = around_in_c("R3_1").flow.form
-    return ThreeFlow(replace(form, b=1.0 + 0j, c=CUBE_ROOT * (cubic + 1.0)))
+    return ThreeFlow(replace(form, numbers={"b": 1.0 + 0j, "c": CUBE_ROOT * (cubic + 1.0)}))
 
 
 def test_every_sector_between_neimark_sacker_and_fold_lines_has_a_portrait() -> None:

@@ -75,7 +75,7 @@ def unscaled(flow: DoubleFlow, w: float, rate: float) -> np.ndarray:
 
 
 def test_time_one_map_of_the_flow_next_to_1_2_has_the_terms_of_the_normal_form() -> None:
-    form = replace(double_of_set_c("R2_1").normal_form, c=-0.7, d=5.0)
+    form = replace(double_of_set_c("R2_1").normal_form, numbers={"c": -0.7, "d": 5.0})
     left = []
     for s in (0.02, 0.01):  # w1 of order s^2: terms c w0^3 and d w0^2 w1 of orders 3 and 4
         w = unscaled(TwoFlow(form), s, 1.3 * s**2)
@@ -85,7 +85,7 @@ def test_time_one_map_of_the_flow_next_to_1_2_has_the_terms_of_the_normal_form()
 
 
 def test_time_one_map_of_the_flow_next_to_1_1_has_the_terms_of_the_normal_form() -> None:
-    form = replace(double_of_set_c("R1_1").normal_form, a=0.3, b=1.7)
+    form = replace(double_of_set_c("R1_1").normal_form, numbers={"a": 0.3, "b": 1.7})
     left = []
     for s in (0.001, 0.00025):  # w1 of order s^(3/2): terms a w0^2 and b w0 w1 of orders 2 and 5/2
         w = unscaled(OneFlow(form), s, 0.6 * s**1.5)
@@ -168,8 +168,9 @@ def test_two_circles_around_all_meet_on_the_predicted_line() -> None:
 def test_coefficients_of_other_signs_are_refused(
     label: str, change: dict[str, float], match: str
 ) -> None:
+    form = double_of_set_c(label).normal_form
     with pytest.raises(vi.InvalidParameterError, match=match):
-        flow_at(replace(double_of_set_c(label).normal_form, **change))
+        flow_at(replace(form, numbers={**form.numbers, **change}))
 
 
 # ---- parameters ------------------------------------------------------------------------------

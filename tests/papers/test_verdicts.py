@@ -12,10 +12,11 @@ from vibroimpact_papers.impact_damper import Claim, claims, parameter_sets
 from vibroimpact_papers.impact_damper.judge_motions import matches
 from vibroimpact_papers.impact_damper.judged import Evidence
 from vibroimpact_papers.impact_damper.plan import damper_of
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import symmetric_bifurcations
 from vibroimpact_papers.impact_damper.verdicts import RULES, judge, to_json
 from vibroimpact_papers.report import Word
 
-from vibroimpact import InvalidParameterError, symmetric_bifurcations
+from vibroimpact import InvalidParameterError
 from vibroimpact.attractors.orbit_type import OrbitType
 from vibroimpact.attractors.point_sets import Kind
 

@@ -26,7 +26,7 @@ def torus_of_set_a() -> vi.BifurcationCurve:
 @cache
 def torus_of_set_c() -> vi.BifurcationCurve:
     """Neimark-Sacker curve of set C, with the resonances R3_1 and R4_1."""
-    orbit = next(o for o in vi.symmetric_orbits(paper_damper("C", 0.44)) if o.sign == 1)
+    orbit = vi.symmetric_orbits(paper_damper("C", 0.44))[0]
     branch = vi.continue_orbit(orbit, "omega", (0.42, 0.45))
     return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.41, 0.45), (4.4, 8.1)))
 
@@ -56,12 +56,12 @@ def oscillator_branch(omega: float = 2.0) -> vi.Branch:
 @cache
 def double_of_set_c(label: str) -> vi.CodimensionTwoPoint:
     """R2_1 of set C, on the orbit of sign +1, or R1_1, on that of sign -1."""
-    sign, at, omegas, bounds = {
-        "R2_1": (1, (0.4995, 1.63), (0.4985, 0.4999), ((0.4985, 0.5005), (1.5, 1.7))),
-        "R1_1": (-1, (0.364, 8.93), (0.362, 0.366), ((0.3605, 0.367), (8.8, 9.05))),
+    place, at, omegas, bounds = {
+        "R2_1": (0, (0.4995, 1.63), (0.4985, 0.4999), ((0.4985, 0.5005), (1.5, 1.7))),
+        "R1_1": (1, (0.364, 8.93), (0.362, 0.366), ((0.3605, 0.367), (8.8, 9.05))),
     }[label]
     damper = replace(paper_damper("C", at[0]), half_clearance=at[1])
-    orbit = next(o for o in vi.symmetric_orbits(damper) if o.sign == sign)
+    orbit = vi.symmetric_orbits(damper)[place]
     coarse = Steps(first=0.3, largest=4.0, tolerance=1e-3, points=200)
     branch = vi.continue_orbit(orbit, "omega", omegas, steps=coarse)
     return vi.continue_bifurcation(branch["NS1"], PLANE, bounds, steps=coarse)[label]

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from vibroimpact_papers.impact_damper.normal_forms import CriticalPoint, critical_points
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import symmetric_bifurcations
 
-from vibroimpact import symmetric_bifurcations
 from vibroimpact.machines.published import parameter_sets
 
 REFERENCE = Path(__file__).parents[1] / "reference" / "normal_forms.toml"

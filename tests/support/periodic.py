@@ -97,7 +97,7 @@ def orbits_of_chains() -> list[Orbit]:
 def damper_orbits() -> list[Orbit]:
     """Symmetric orbits of the paper's sets, admissible or not."""
     return [
-        vi.find_orbit(closed.damper, closed)
+        vi.find_orbit(closed.system, closed)
         for name, (low, high) in PAPER_RANGES.items()
         for omega in np.linspace(low, high, 21)
         for closed in vi.symmetric_orbits(paper_damper(name, omega))

@@ -1,14 +1,12 @@
-"""All real zeros of an analytic function on an interval, by adaptive Chebyshev expansion.
+"""Chebyshev expansions of functions on an interval, and all their real zeros.
 
-An interval is halved until the expansion on each piece has fallen to rounding; the zeros of a
-piece's polynomial are the eigenvalues of its colleague matrix, so none between two samples is
-lost. References: Boyd, Solving Transcendental Equations (2014), ch. 2-3; Trefethen, Approximation
+The zeros of the polynomial are the eigenvalues of its colleague matrix, so none between two samples
+is lost. References: Boyd, Solving Transcendental Equations (2014), ch. 2-3; Trefethen, Approximation
 Theory and Approximation Practice (2013), ch. 18.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -16,17 +14,9 @@ from numpy.polynomial import chebyshev
 
 from vibroimpact._core.types import Floats, Integers
 
-Many = Callable[[float], Floats]  # several functions at once, shape (k,)
-
-POINTS = 33  # samples per piece
-RESOLVED = 1e-10  # a piece is resolved when its last coefficients are below this part of the first
-DEEPEST = 30  # halvings of the interval before it is called unresolved
-EDGE = 1e-6  # zeros this far outside a piece, relative to its length, are kept and polished
+RESOLVED = 1e-10  # last coefficients of a resolved expansion, relative to the largest
+EDGE = 1e-6  # zeros this far outside the interval, relative to its length, are kept and polished
 NEAR = 1.1  # bounds |T_k|, k < 100, at such zeros, which may have left the real line by 1e-5
-
-
-class UnresolvedError(ArithmeticError):
-    """The function is not analytic enough on this interval; ``args`` holds its ends."""
 
 
 @lru_cache(maxsize=8)
@@ -47,25 +37,6 @@ def _to_coefficients(count: int) -> Floats:
 def fitted(values: Floats) -> Floats:
     """Chebyshev coefficients of the polynomial with these values at :func:`nodes`, axis 0."""
     return _to_coefficients(len(values)) @ values
-
-
-def pieces(f: Many, low: float, high: float) -> Iterator[tuple[float, float, Floats]]:
-    """Resolved pieces (low, high, coefficients of shape (POINTS, k)) from left to right."""
-    stack = [(low, high, 0)]
-    points = nodes(POINTS)
-    while stack:
-        a, b, depth = stack.pop()
-        values = np.array([f((a + b) / 2 + (b - a) / 2 * x) for x in points])
-        coefficients = fitted(values)
-        scale = np.abs(coefficients).max(axis=0)
-        tail = np.abs(coefficients[-4:]).max(axis=0)
-        if np.all(tail <= RESOLVED * scale):
-            yield a, b, coefficients
-        elif depth == DEEPEST:
-            raise UnresolvedError(a, b)
-        else:
-            middle = (a + b) / 2
-            stack += [(middle, b, depth + 1), (a, middle, depth + 1)]
 
 
 def real_zeros(coefficients: Floats) -> Floats:
@@ -124,19 +95,3 @@ def _colleagues(coefficients: Floats) -> Floats:
     matrices = np.tile(np.diag(beside, 1) + np.diag(beside, -1), (count, 1, 1))
     matrices[:, :, -1] -= (coefficients[:-1] / coefficients[-1]).T * last
     return matrices[:, ::-1, ::-1]
-
-
-def bracketed_zero(f: Callable[[float], float], low: float, high: float) -> float:
-    """The zero of f, continuous with a change of sign, to the last bits (bisection)."""
-    at_low = f(low)
-    while True:
-        middle = low + (high - low) / 2
-        if middle in (low, high):
-            return middle
-        at_middle = f(middle)
-        if at_middle == 0.0:
-            return middle
-        if (at_middle > 0.0) == (at_low > 0.0):
-            low = middle
-        else:
-            high = middle

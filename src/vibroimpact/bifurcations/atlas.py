@@ -36,7 +36,6 @@ from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
 from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
@@ -189,7 +188,7 @@ def _symbol(curve: BifurcationCurve) -> str:
 
 
 def bifurcation_atlas(
-    orbit: Orbit | SymmetricOrbit,
+    orbit: Orbit,
     parameters: tuple[str, str],
     bounds: tuple[Bounds, Bounds],
     *,

@@ -44,7 +44,6 @@ from vibroimpact.bifurcations.tests_along import CUBIC, AtMultiplier, AtPair, no
 from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import lossless
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
 from vibroimpact.continuation.curve import End, Unresolved
 from vibroimpact.continuation.walk import check_steps
@@ -186,7 +185,7 @@ def continue_bifurcation(
 
 
 def continue_level(
-    orbit: Orbit | SymmetricOrbit,
+    orbit: Orbit,
     function: Function,
     parameters: tuple[str, str],
     bounds: tuple[Bounds, Bounds],

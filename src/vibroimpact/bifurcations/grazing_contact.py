@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -116,6 +116,12 @@ class GrazingContact:
     switchable: tuple[NewCurve, ...] = field(repr=False)
     why_not: str = field(repr=False)
     multipliers: Complexes = field(repr=False)
+
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """How the curves meet, by name."""
+        names = ("curve_kind", "along", "across", "at", "order", "coefficient", "admissible_side")
+        return {name: getattr(self, name) for name in names}
 
     @property
     def meaning(self) -> str:

@@ -39,7 +39,7 @@ from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.tests_along import nothing
 from vibroimpact.bifurcations.unfold import Centre, centre
 from vibroimpact.continuation.newton import equilibrated
-from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT, OneToFour, OneToThree
+from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT, fold_directions, period_four
 
 INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
 SETTLES, SETTLED = 12, 1e-4  # of Newton's method: iterations; last step relative to the distance
@@ -49,21 +49,21 @@ def folds_of_four(
     point: CodimensionTwoPoint, which: int, bounds: Both, distance: float
 ) -> Iterator[Born]:
     """Folds (1) on one of the two half-lines."""
-    form: OneToFour = point.normal_form
-    manifold, edges = centre(*solution_at(point), 1j), form.fold_directions
+    form = point.normal_form
+    manifold, edges = centre(*solution_at(point), 1j), fold_directions(form)
     turn = cmath.phase(edges[1 - which] / edges[which])
     mu = distance * edges[which] * cmath.exp(1j * INSIDE * turn / 2.0)
     da = manifold.offset(mu)
     if not is_inside(manifold.at(da), bounds):
         return
-    for zeta in form.period_four(mu)[::4]:
+    for zeta in period_four(form, mu)[::4]:
         points = np.asarray(zeta * 1j ** np.arange(4), dtype=np.complex128)
         yield from _corrected_from(manifold, points, da, "SN")
 
 
 def saddles_of_three(point: CodimensionTwoPoint, bounds: Both, distance: float) -> Iterator[Born]:
     """Saddles (2) of period three next to the tangent of the curve of NS, on both sides."""
-    form: OneToThree = point.normal_form
+    form = point.normal_form
     manifold = centre(*solution_at(point), CUBE_ROOT)
     for mu in (1j * distance, -1j * distance):
         da = manifold.offset(mu)

@@ -19,7 +19,6 @@ from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.stop_rules import StopWhen, stop_rule
 from vibroimpact.branches.vanishing import passed_over, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
 from vibroimpact.continuation.walk import AT_START, check_steps
 from vibroimpact.model.parameters import parameter_value
@@ -31,7 +30,7 @@ STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
 def continue_orbit(
-    orbit: Orbit | SymmetricOrbit,
+    orbit: Orbit,
     parameter: str,
     bounds: tuple[float, float],
     *,

@@ -42,7 +42,6 @@ from vibroimpact.branches.profile import place_of
 from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import NoBranch, switch_branch
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
@@ -197,7 +196,7 @@ class Diagram:
 
 
 def branch_diagram(
-    orbit: Orbit | SymmetricOrbit,
+    orbit: Orbit,
     parameter: str,
     bounds: tuple[float, float],
     *,

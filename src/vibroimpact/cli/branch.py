@@ -14,8 +14,6 @@ from vibroimpact.branches.stop_rules import Inadmissible, Rule, inadmissible, un
 from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
-from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import parameter_value
@@ -23,6 +21,7 @@ from vibroimpact.model.state import STATE
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import find_orbit
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
 
 EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
@@ -144,7 +143,7 @@ def case_of_branch(arguments: argparse.Namespace) -> Case:
     return common.case_of(arguments)
 
 
-def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbit:
+def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit:
     """Symmetric orbit in closed form, or the orbit to which the motion from the start settles."""
     stated = common.given(arguments, STATED) or (case.start and not arguments.orbit)
     if has_symmetric_orbits(type(case.system)) and not stated:
@@ -156,10 +155,10 @@ def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit | SymmetricOrbi
     return found
 
 
-def _symmetric(system: System, sign: str | None) -> SymmetricOrbit:
+def _symmetric(system: System, sign: str | None) -> Orbit:
     """Symmetric orbit with a sign; by default the stable one, or else the first."""
-    found = symmetric_orbits_of(system)
-    wanted = [orbit for orbit in found if not sign or orbit.sign == common.SIGNS[sign]]
+    signs = zip(common.SIGNS, known_orbits(system), strict=False)
+    wanted = [orbit for own, orbit in signs if sign in (None, own)]
     if not wanted:
         raise common.Failure(
             f"no symmetric 1-1-1 orbit exists at omega = {mechanism_of(system).omega}: condition (16) of the "

@@ -16,7 +16,6 @@ from typing import Any, Protocol, cast
 from vibroimpact._core.checks import check_target
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact.cli.output import DATA
-from vibroimpact.closed_forms.by_machine import has_symmetric_orbits, symmetric_orbits_of
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
@@ -24,13 +23,14 @@ from vibroimpact.machines.units import Units, units_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
 
 System = Machine | Mechanism
 ORBIT = "the stable orbit, or else the first"
 ROLE = re.compile(r":\w+:`~?(?:\w+\.)*(\w+)`")  # :func:`~vibroimpact.plane`
-SIGNS = {"plus": 1, "minus": -1}
+SIGNS = ("plus", "minus")  # in the order of known_orbits
 TYPES: dict[str, Callable[[str], Any]] = {
     "int": int, "float": float, "int | None": int, "float | None": float,
 }  # fmt: skip
@@ -247,7 +247,7 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
     parser.set_defaults(orbit=None)
     if known:
         group.add_argument(
-            "--orbit", choices=tuple(SIGNS),
+            "--orbit", choices=SIGNS,
             help="the orbit with this sign in equation (14) of the paper: docs/theory.md, [14]",
         )  # fmt: skip
     group.add_argument("--perturb", type=float, metavar="AMOUNT", help="added to the phase")
@@ -319,14 +319,14 @@ def _default(arguments: argparse.Namespace, case: Case) -> State:
         raise InvalidParameterError("start: missing. Give --position and --velocity, or [start].")
     if not has_symmetric_orbits(type(case.system)):
         return case.system.free_start()
-    orbits = symmetric_orbits_of(case.system)
+    orbits = known_orbits(case.system)
     if not orbits:
         raise InvalidParameterError(
             f"omega = {mechanism_of(case.system).omega}: no symmetric orbit exists here to start "
             "from. Give --position and --velocity."
         )
     if arguments.orbit:
-        return next(o.state for o in orbits if o.sign == SIGNS[arguments.orbit])
+        return orbits[SIGNS.index(arguments.orbit)].state
     return next((o.state for o in orbits if o.stable), orbits[0].state)
 
 

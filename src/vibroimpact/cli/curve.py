@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -28,7 +27,6 @@ EXAMPLE = (
     "  vibroimpact curve impact-damper/A --range 0.9 1.0 --at NS1 --over omega=0.7:1.2 "
     "--over half_clearance=3:12 --out curve.nc --out curve.svg"
 )
-UNSHOWN = ("kind", "multipliers", "others_inside")  # of a normal form
 WITH_COEFFICIENTS = ("CP", "GPD", "CH", "R1", "R2", "R3", "R4", "LPPD", "LPNS", "PDNS", "NSNS")
 PLANES = (".nc", ".zarr")
 
@@ -163,20 +161,14 @@ def _coefficients(point: CodimensionTwoPoint) -> list[str]:
     if isinstance(form, Refusal):
         none = point.kind not in WITH_COEFFICIENTS
         return [] if none else [f"{point.label}: {form.reason}"]
-    shown = [
-        f"{field.name} = {_number(getattr(form, field.name))}"
-        for field in dataclasses.fields(form)
-        if field.repr and field.name not in UNSHOWN and getattr(form, field.name) is not None
-    ]
-    scaled = getattr(form, "scaled", None)
-    if scaled is not None:
-        listed = scaled if isinstance(scaled, tuple) else (scaled,)
-        shown.append(f"scaled {', '.join(map(_number, listed))}")
+    shown = [f"{name} = {_number(value)}" for name, value in form.numbers.items()]
     return [f"{point.label}: {', '.join(shown)}", f"  {form.meaning}"]
 
 
 def _number(value: Any) -> str:
-    """A number, or the words that stand in its place."""
+    """A number, several, or the words that stand in its place."""
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_number, value))})"
     if isinstance(value, complex):
         return f"{value.real:.12g}{value.imag:+.12g}j"
     return f"{value:.12g}" if isinstance(value, float) else str(value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -13,10 +14,12 @@ from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.symmetric_damper import symmetric_orbits
 from vibroimpact.plotting import plot_multipliers
 
+SIGNS = (1, -1)  # in (14) of the paper, in the order of symmetric_orbits
 EXAMPLE = "  vibroimpact orbit impact-damper/A --omega 1.2 --out multipliers.svg"
 
 
@@ -41,29 +44,30 @@ def run(arguments: argparse.Namespace) -> str:
     write(
         targets,
         data=lambda: _dataset(damper, orbits),
-        picture=lambda: plot_multipliers(
-            [o.half_multipliers for o in orbits], labels=[_name(o) for o in orbits]
-        ),
+        picture=lambda: plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits))),
     )
-    return "\n".join([str(damper), *map(_described, orbits)]) + common.listed(targets)
+    return "\n".join(
+        [str(damper), *map(partial(_described, damper), SIGNS, orbits)]
+    ) + common.listed(targets)
 
 
-def _name(orbit: SymmetricOrbit) -> str:
+def _name(sign: int, orbit: Orbit) -> str:
     reason = "" if orbit.admissible else ", not admissible"
-    return f"sign {orbit.sign:+d}, {'stable' if orbit.stable else 'unstable'}{reason}"
+    return f"sign {sign:+d}, {'stable' if orbit.stable else 'unstable'}{reason}"
 
 
-def _described(orbit: SymmetricOrbit) -> str:
+def _described(damper: ImpactDamper, sign: int, orbit: Orbit) -> str:
     sizes = ", ".join(f"{abs(value):.6g}" for value in orbit.multipliers)
     return (
-        f"{orbit}\n  moduli of the multipliers of the full map: {sizes}\n"
+        f"sign {sign:+d}: {orbit}\n  {orbit.state}\n"
+        f"  moduli of the multipliers of the full map: {sizes}\n"
         f"  relative error of the determinant identity: {orbit.determinant_error:.1e}"
-        + common.in_si(orbit.damper, orbit.state).replace("\n", "\n  ")
+        + common.in_si(damper, orbit.state).replace("\n", "\n  ")
     )
 
 
-def _dataset(damper: ImpactDamper, orbits: Sequence[SymmetricOrbit]) -> xr.Dataset:
-    nu = np.array([o.half_multipliers for o in orbits])
+def _dataset(damper: ImpactDamper, orbits: Sequence[Orbit]) -> xr.Dataset:
+    nu = np.array([o.half_multipliers for o in orbits], dtype=complex)
     several, place = ("orbit", "multiplier"), ("orbit", "coordinate")
     return xr.Dataset(
         {
@@ -77,6 +81,6 @@ def _dataset(damper: ImpactDamper, orbits: Sequence[SymmetricOrbit]) -> xr.Datas
             "half_multiplier_imaginary": (several, nu.imag),
             "determinant_error": ("orbit", [o.determinant_error for o in orbits]),
         },
-        coords={"sign": ("orbit", [o.sign for o in orbits])},
+        coords={"sign": ("orbit", list(SIGNS))},
         attrs={"system": repr(damper), "version": _kernel.version()},
     )

@@ -27,8 +27,8 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
-from vibroimpact._core.scalars import rounded_down
-from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact._core.scalars import numeric_value, rounded_down
+from vibroimpact._core.types import Floats, Integers
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import units_of
 from vibroimpact.compile.piecewise import Piecewise
@@ -44,11 +44,21 @@ WHOLE = 1e-9  # a number of turns this near to a whole one is one
 SPARE = 12  # points of Gauss's rule beyond those that resolve an oscillation
 
 
-class Dual(NamedTuple):
-    """A number, or an array, with its derivative by the parameter."""
+def jet(x: float | Jet, by: float = 0.0) -> Jet:
+    """A number with its derivative by the parameter; a jet as it is."""
+    return x if isinstance(x, Jet) else Jet.of(x, [x, by, *[0.0] * 6])
 
-    value: Any
-    by: Any
+
+def derivative(x: Jet) -> float:
+    """Derivative of a number by the parameter."""
+    return x.coefficients[1]
+
+
+class Dual(NamedTuple):
+    """An array with its derivative by the parameter; numbers are jets."""
+
+    value: Floats
+    by: Floats
 
     def __matmul__(self, other: Dual) -> Dual:
         return Dual(self.value @ other.value, self.by @ other.value + self.value @ other.by)
@@ -57,7 +67,7 @@ class Dual(NamedTuple):
 def dual(entries: Any) -> Dual:
     """Value and derivative of nested lists of numbers and jets."""
     given = np.array(entries, dtype=object)
-    flat = [x.coefficients[:2] if isinstance(x, Jet) else (float(x), 0.0) for x in given.ravel()]
+    flat = [jet(x if isinstance(x, Jet) else float(x)).coefficients[:2] for x in given.ravel()]
     both = np.array(flat, dtype=float).reshape(*given.shape, 2)
     return Dual(both[..., 0], both[..., 1])
 
@@ -75,7 +85,7 @@ class Rows:
         self.mechanism: Mechanism = mechanism_of(system)
         varied = expanded(system, parameter) if parameter else self.mechanism
         self.varied, self.pieces = varied, Piecewise(varied)
-        self.rate = float(dual(self.pieces.rate).value)
+        self.rate = numeric_value(self.pieces.rate)
         self._modes: dict[int, Any] = {}
 
     def _mode(self, code: int) -> Any:
@@ -140,17 +150,17 @@ class Rows:
         y.value[:, -1] = 1.0
         return y
 
-    def impact(self, contact: int, side: int) -> tuple[Dual, Dual]:
+    def impact(self, contact: int, side: int) -> tuple[Jet, Jet]:
         """Impulse of an impact per closing speed, and energy lost per square of it.
 
         A soft stop, which is met without an impulse, has zeros.
         """
         if contact >= len(self.mechanism.rigid_stops):
-            return Dual(0.0, 0.0), Dual(0.0, 0.0)
+            return jet(0.0), jet(0.0)
         law = self.pieces.laws()[contact]
         r = law.restitution_upper if side > 0 else law.restitution_lower
         m = law.mobilities[contact]
-        return dual((1.0 + r) / m), dual((1.0 - r * r) / (2.0 * m))
+        return jet((1.0 + r) / m), jet((1.0 - r * r) / (2.0 * m))
 
 
 @lru_cache(maxsize=64)
@@ -203,15 +213,14 @@ class Flights:
     periodic: bool = True
 
     @property
-    def period(self) -> Dual:
+    def period(self) -> Jet:
         """Time from the first to the end of the last flight."""
-        return Dual(float(self.durations.sum()), float(self.durations_by.sum()))
+        return jet(float(self.durations.sum()), float(self.durations_by.sum()))
 
     @property
-    def omega(self) -> Dual:
+    def omega(self) -> Jet:
         """Frequency of the first forcing line."""
-        lines = self.rows.varied.forces
-        return Dual(*map(float, dual(lines[0].omega))) if lines else Dual(0.0, 0.0)
+        return jet(self.rows.varied.omega)
 
     @cached_property
     def windows(self) -> Windows:
@@ -266,8 +275,8 @@ class Flights:
         phase = self.states[flight, -1] + self.omega.value * since
         return np.array([*y[0 : 2 * n : 2], *v, phase])
 
-    def closing(self) -> Dual:
-        """Closing speed of each impact, shape (k,)."""
+    def closing(self) -> list[Jet]:
+        """Closing speed of each impact."""
         w, found = self.windows, []
         for flight, stop in zip(self.struck.flights, self.struck.stops, strict=True):
             rate = self.rows.gap_rate(self.codes[flight], stop.contact)
@@ -275,9 +284,8 @@ class Flights:
             y = w.end_of(int(flight), float(self.durations[flight]))
             moves = rate.value @ y.by + rate.by @ y.value
             moves += (further.value @ y.value) * self.durations_by[flight]
-            found.append((stop.side * (rate.value @ y.value), stop.side * moves))
-        both = np.array(found).reshape(-1, 2)
-        return Dual(both[:, 0], both[:, 1])
+            found.append(stop.side * jet(float(rate.value @ y.value), float(moves)))
+        return found
 
 
 class Windows(NamedTuple):
@@ -343,11 +351,11 @@ class Signal:
     series: Floats
     series_by: Floats
 
-    def extremes(self) -> tuple[Dual, Dual]:
+    def extremes(self) -> tuple[Jet, Jet]:
         """Smallest and largest value, with their derivatives, by (2)."""
         u, u_by, _ = self._extrema()
         low, high = int(np.argmin(u)), int(np.argmax(u))
-        return Dual(float(u[low]), float(u_by[low])), Dual(float(u[high]), float(u_by[high]))
+        return jet(float(u[low]), float(u_by[low])), jet(float(u[high]), float(u_by[high]))
 
     def place(self, *, largest: bool) -> float:
         """Time since the start of the motion at which it is largest, or smallest."""
@@ -373,16 +381,16 @@ class Signal:
         times = begun[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
         return u, u_by, np.asarray(times)
 
-    def mean_product(self, other: Signal) -> Dual:
+    def mean_product(self, other: Signal) -> Jet:
         """Mean of the product of two signals over the motion, by (3)."""
         points = self._points(NODES)
         f, g = self._at(points.x), other._at(points.x)
         whole = np.sum(points.weights * f.value * g.value)
         by = np.sum(points.weights * (f.by * g.value + f.value * g.by))
         by += np.sum(self._ends() * other._ends() * self.flights.durations_by)
-        return _divided(Dual(whole, by), self.flights.period)
+        return jet(float(whole), float(by)) / self.flights.period
 
-    def harmonic(self, order: float) -> Dual:
+    def harmonic(self, order: float) -> Jet:
         """Amplitude of the part of a frequency, in units of the first line's.
 
         A periodic motion has none of a frequency that is no multiple of its own.
@@ -391,21 +399,20 @@ class Signal:
         omega = flights.omega
         turns = order * omega.value * flights.period.value / (2.0 * math.pi)
         if flights.periodic and abs(turns - round(turns)) > WHOLE * turns:
-            return Dual(0.0, 0.0)
+            return jet(0.0)
         turn = order * omega.value * w.length / 2.0
         points = self._points(NODES + math.ceil(turn) + SPARE)
         f = self._at(points.x)
         since = w.start[:, None] + w.length * (1.0 + points.x) / 2.0
         theta = order * (flights.states[w.segment, -1:] + omega.value * since)
-        theta_by = order * (flights.states_by[w.segment, -1:] + omega.by * since)
+        theta_by = order * (flights.states_by[w.segment, -1:] + derivative(omega) * since)
         wave = np.exp(-1j * theta)
         whole = np.sum(points.weights * f.value * wave)
         by = np.sum(points.weights * (f.by - 1j * theta_by * f.value) * wave)
         at_end = order * (flights.states[:, -1] + omega.value * flights.durations)
         by += np.sum(self._ends() * np.exp(-1j * at_end) * flights.durations_by)
-        c = _divided(Dual(2.0 * whole, 2.0 * by), flights.period)
-        size = abs(c.value)
-        return Dual(size, (c.value.conjugate() * c.by).real / size if size else math.nan)
+        real, imaginary = jet(whole.real, by.real), jet(whole.imag, by.imag)
+        return 2.0 * (real * real + imaginary * imaginary).sqrt() / flights.period
 
     def _points(self, count: int) -> _Points:
         w = self.flights.windows
@@ -445,19 +452,3 @@ def _polished(series: Floats, windows: Integers, x: Floats) -> Floats:
 
 def _values(series: Floats, windows: Integers, x: Floats) -> Floats:
     return np.asarray(chebyshev.chebval(x, series[:, windows], tensor=False))
-
-
-def _divided(a: Dual, b: Dual) -> Dual:
-    value = a.value / b.value
-    return Dual(value, (a.by - value * b.by) / b.value)
-
-
-def root(square: Dual) -> Dual:
-    """Square root of a mean square; its derivative is that of no number at zero."""
-    value = math.sqrt(max(square.value, 0.0))
-    return Dual(value, square.by / (2.0 * value) if value else math.nan)
-
-
-def mask_of(stops: list[Stop], part: int | None) -> Flags:
-    """Which impacts are those of one contact or element; all for None."""
-    return np.array([part is None or stop.contact == part for stop in stops], dtype=bool)

@@ -19,7 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.measures.flights import Dual, Flights, Struck, dual, rows_of
+from vibroimpact._kernel import Jet
+from vibroimpact.measures.flights import Flights, Struck, derivative, dual, jet, rows_of
 from vibroimpact.model.mechanism import Mechanism, accelerations, with_mass
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -77,7 +78,7 @@ class FreeMotion:
         rows = rows_of(self.system, parameter)
         state, by, duration = self._state(rows.varied)
         none = Struck(np.array([], dtype=np.int64), [])
-        times = np.array([[duration.value], [duration.by]])
+        times = np.array([[duration.value], [derivative(duration)]])
         return Flights(rows, state[None], times[0], (0,), none, by[None], times[1])
 
     @cached_property
@@ -116,7 +117,7 @@ class FreeMotion:
         slow = np.sort(rates.real)[: len(rates) - free] if free else rates.real
         return bool(np.all(slow < -HELD * np.abs(rates).max()))
 
-    def _state(self, varied: Mechanism) -> tuple[Floats, Floats, Dual]:
+    def _state(self, varied: Mechanism) -> tuple[Floats, Floats, Jet]:
         """(x, v, theta) at phase zero, its derivative, and the period, from numbers or jets."""
         n = self.mechanism.degrees
         mass, damping, stiffness = map(dual, (varied.mass, varied.damping, varied.stiffness))
@@ -126,7 +127,7 @@ class FreeMotion:
         state[:n] = x0 + self.offset
         by[:n] = inverse @ (constant.by - stiffness.by @ x0)
         for force in varied.forces:
-            w, w_by = map(float, dual(force.omega))
+            w, w_by = jet(force.omega).coefficients[:2]
             sine, cosine = dual(force.sine), dual(force.cosine)
             matrix = stiffness.value + 1j * w * damping.value - w * w * mass.value
             moved = stiffness.by + 1j * (w_by * damping.value + w * damping.by)
@@ -137,9 +138,7 @@ class FreeMotion:
             by[:n] += x_by.real
             state[n : 2 * n] += (1j * w * x).real
             by[n : 2 * n] += (1j * (w_by * x + w * x_by)).real
-        first = Dual(*map(float, dual(varied.omega)))
-        period = 2.0 * math.pi * self.cycles / first.value
-        return state, by, Dual(period, -period * first.by / first.value)
+        return state, by, 2.0 * math.pi * self.cycles / jet(varied.omega)
 
 
 def _matrix(m: Mechanism) -> Floats:

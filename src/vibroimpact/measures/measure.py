@@ -10,9 +10,10 @@ import itertools
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
@@ -20,8 +21,9 @@ import numpy as np
 from vibroimpact._core.checks import check_choice, check_kind, positive, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
+from vibroimpact._kernel import Jet
 from vibroimpact.machines.json_text import system_of
-from vibroimpact.measures.flights import Dual, Flights, Rows, Signal, dual, mask_of, root, rows_of
+from vibroimpact.measures.flights import Dual, Flights, Rows, Signal, derivative, dual, jet, rows_of
 from vibroimpact.measures.motions import Motion, flights_of, flights_of_run
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
@@ -89,7 +91,7 @@ class Measure(ABC):
         return (Final(),)
 
     @abstractmethod
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         """Value and derivative."""
 
     def _check(self, m: Mechanism) -> None:  # noqa: B027 - most have nothing to refuse
@@ -187,7 +189,7 @@ class Measure(ABC):
         flights = flights_of(orbit, parameter)
         self._check(flights.rows.mechanism)
         found = self._of(flights)
-        return float(found.value), float(found.by) if parameter else math.nan
+        return found.value, derivative(found) if parameter else math.nan
 
     def of_run(self, run: Run, span: float) -> float:
         """Of a simulated motion from its start to a time that it has reached."""
@@ -343,9 +345,9 @@ class Amplitude(_OfRow):
     def _observed(self, members: xr.Dataset) -> xr.DataArray:
         return (members[f"{self._name}_largest"] - members[f"{self._name}_smallest"]) / 2.0
 
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         low, high = self._signal(flights).extremes()
-        return Dual((high.value - low.value) / 2.0, (high.by - low.by) / 2.0)
+        return (high - low) / 2.0
 
 
 @dataclass(frozen=True)
@@ -359,13 +361,13 @@ class Peak(_OfRow):
         low, high = (members[f"{self._name}_{end}"] for end in ("smallest", "largest"))
         return abs(low).where(abs(low) > abs(high), abs(high))
 
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         return _largest_modulus(self._signal(flights))
 
 
-def _largest_modulus(signal: Signal) -> Dual:
+def _largest_modulus(signal: Signal) -> Jet:
     low, high = signal.extremes()
-    return high if high.value >= -low.value else Dual(-low.value, -low.by)
+    return high if high >= -low else -low
 
 
 @dataclass(frozen=True)
@@ -378,9 +380,9 @@ class Rms(_OfRow):
     def _observed(self, members: xr.Dataset) -> xr.DataArray:
         return members[f"{self._name}_rms"]
 
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         signal = self._signal(flights)
-        return root(signal.mean_product(signal))
+        return signal.mean_product(signal).sqrt()
 
 
 @dataclass(frozen=True)
@@ -414,7 +416,7 @@ class Harmonic(_OfRow):
                 "harmonic: is a multiple of the forcing frequency, and there is no forcing."
             )
 
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         return self._signal(flights).harmonic(self.harmonic)
 
 
@@ -470,17 +472,15 @@ class Transmissibility(Amplitude):
         m = mechanism_of(system)
         return float(_static_deflection(m, m, self.coefficients(m), self.text).value)
 
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         amplitude, rows = super()._of(flights), flights.rows
         if self.base is not None:
-            return Dual(amplitude.value / self.base, amplitude.by / self.base)
+            return amplitude / self.base
         row = self.coefficients(rows.mechanism)
-        size = _static_deflection(rows.mechanism, rows.varied, row, self.text)
-        value = amplitude.value / size.value
-        return Dual(value, (amplitude.by - value * size.by) / size.value)
+        return amplitude / _static_deflection(rows.mechanism, rows.varied, row, self.text)
 
 
-def _static_deflection(m: Mechanism, varied: Mechanism, row: Floats, text: str) -> Dual:
+def _static_deflection(m: Mechanism, varied: Mechanism, row: Floats, text: str) -> Jet:
     """Amplitude of row . x under static forces, of the coordinates that springs hold."""
     stiffness, force = dual(varied.stiffness), varied.forces[0]
     inverse = np.linalg.pinv(stiffness.value)
@@ -488,15 +488,16 @@ def _static_deflection(m: Mechanism, varied: Mechanism, row: Floats, text: str) 
     for amplitudes in (force.sine, force.cosine):
         f = dual(amplitudes)
         x = inverse @ f.value
-        parts.append((row @ x, row @ inverse @ (f.by - stiffness.by @ x)))
-    size = math.hypot(*(value for value, _ in parts))
+        part = jet(float(row @ x), float(row @ inverse @ (f.by - stiffness.by @ x)))
+        parts.append(part * part)
+    size = sum(parts, jet(0.0)).sqrt()
     largest = max(float(np.abs(dual(f).value).max()) for f in (force.sine, force.cosine))
-    if size <= 1e-12 * largest * float(np.abs(row).sum()) * float(np.abs(inverse).max()):
+    if size.value <= 1e-12 * largest * float(np.abs(row).sum()) * float(np.abs(inverse).max()):
         raise InvalidParameterError(
             f"row = {text}: has no static deflection under the forces of {m.degrees} coordinates. "
             "Give base, the amplitude of the base's motion, or take another row."
         )
-    return Dual(size, sum(value * by for value, by in parts) / size)
+    return size
 
 
 # ---- of parts ------------------------------------------------------------------------------------
@@ -588,54 +589,43 @@ class DissipatedPower(Measure):
             parts.append(work.sum(ELEMENT, skipna=False))
         return sum(parts[1:], parts[0])
 
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         if isinstance(self.part, str):
             return _of_dashpots(flights)
         contacts = len(flights.rows.mechanism.rigid_stops)
-        value, by = _of_impacts(flights, self.part)
+        lost = sum((loss for _, loss in _impacts_at(flights, self.part)), jet(0.0)) / flights.period
         for element in range(len(flights.rows.mechanism.switching)):
             if self.part in (None, contacts + element):
-                work = _of_element(flights, element)
-                value, by = value + work.value, by + work.by
-        return Dual(value, by)
+                lost = lost + _of_element(flights, element)
+        return lost
 
 
-def _of_impacts(flights: Flights, part: int | None) -> Dual:
-    """Energy lost in impacts per unit of time."""
-    lost, speed = _per_impact(flights, 1), flights.closing()
-    mask, period = mask_of(flights.struck.stops, part), flights.period
-    total = float(np.sum((lost.value * speed.value**2)[mask]))
-    by = (lost.by * speed.value + 2.0 * lost.value * speed.by) * speed.value
-    value = total / period.value
-    return Dual(value, (float(np.sum(by[mask])) - value * period.by) / period.value)
+def _impacts_at(flights: Flights, part: int | None) -> Iterator[tuple[Jet, Jet]]:
+    """Impulse and energy lost of each impact at a contact or element; at all for None."""
+    for stop, speed in zip(flights.struck.stops, flights.closing(), strict=True):
+        if part is None or stop.contact == part:
+            per_speed, per_square = flights.rows.impact(*stop)
+            yield per_speed * speed, per_square * (speed * speed)
 
 
-def _per_impact(flights: Flights, which: int) -> Dual:
-    """Impulse per speed (0), or energy lost per square of it (1), of each impact."""
-    found = [flights.rows.impact(*stop)[which] for stop in flights.struck.stops]
-    return Dual(*(np.array([float(pair[k]) for pair in found]) for k in (0, 1)))
-
-
-def _of_element(flights: Flights, element: int) -> Dual:
+def _of_element(flights: Flights, element: int) -> Jet:
     rows, part = flights.rows, len(flights.rows.mechanism.rigid_stops) + element
     force = flights.signal(partial(rows.force, part=part))
     speed = flights.signal(partial(rows.work_speed, element=element))
-    work = force.mean_product(speed)
-    return Dual(-work.value, -work.by)
+    return -force.mean_product(speed)
 
 
-def _of_dashpots(flights: Flights) -> Dual:
+def _of_dashpots(flights: Flights) -> Jet:
     """Mean of v . C v."""
     rows = flights.rows
-    damping, n = dual(rows.varied.damping), rows.mechanism.degrees
-    value = by = 0.0
+    damping, n = rows.varied.damping, rows.mechanism.degrees
+    power = jet(0.0)
     speeds = [flights.signal(partial(_moved, rows, np.eye(n)[i], 1)) for i in range(n)]
     for i, j in itertools.product(range(n), repeat=2):
-        if damping.value[i, j] or damping.by[i, j]:
-            mean = speeds[i].mean_product(speeds[j])
-            value += damping.value[i, j] * mean.value
-            by += damping.by[i, j] * mean.value + damping.value[i, j] * mean.by
-    return Dual(value, by)
+        constant = jet(damping[i][j])
+        if constant.value or derivative(constant):
+            power = power + constant * speeds[i].mean_product(speeds[j])
+    return power
 
 
 @dataclass(frozen=True)
@@ -688,7 +678,7 @@ class ContactForce(_OfPart):
         )
         return low.where(low > high, high)
 
-    def _of(self, flights: Flights) -> Dual:
+    def _of(self, flights: Flights) -> Jet:
         rows = flights.rows
         part = self._number(rows.mechanism)
         return _largest_modulus(flights.signal(partial(rows.force, part=part)))
@@ -734,15 +724,9 @@ class Impulse(_OfPart):
             members, system, _impulse_per_speed
         )
 
-    def _of(self, flights: Flights) -> Dual:
-        per, closing = _per_impact(flights, 0), flights.closing()
-        mask = mask_of(flights.struck.stops, self.part)
-        if not mask.any():
-            return Dual(0.0, 0.0)
-        value = (per.value * closing.value)[mask]
-        by = (per.by * closing.value + per.value * closing.by)[mask]
-        k = int(np.argmax(value))
-        return Dual(float(value[k]), float(by[k]))
+    def _of(self, flights: Flights) -> Jet:
+        impulses = (impulse for impulse, _ in _impacts_at(flights, self.part))
+        return max(impulses, key=attrgetter("value"), default=jet(0.0))
 
 
 def _alike(m: Mechanism) -> bool:
@@ -753,7 +737,7 @@ def _alike(m: Mechanism) -> bool:
 
 
 def _impulse_per_speed(system: System) -> float:
-    return float(rows_of(system).impact(0, 1)[0].value)
+    return rows_of(system).impact(0, 1)[0].value
 
 
 @dataclass(frozen=True)
@@ -789,17 +773,16 @@ class ImpactSpeed(Measure):
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"speed_{self.kind}"].fillna(0.0)
 
-    def _of(self, flights: Flights) -> Dual:
-        speed = flights.closing()
-        if not speed.value.size:
-            return Dual(0.0, 0.0)
-        if self.kind in ("mean", "rms"):
-            if self.kind == "mean":
-                return Dual(float(speed.value.mean()), float(speed.by.mean()))
-            square = Dual(np.mean(speed.value**2), 2.0 * np.mean(speed.value * speed.by))
-            return root(square)
-        k = int((np.argmax if self.kind == "largest" else np.argmin)(speed.value))
-        return Dual(float(speed.value[k]), float(speed.by[k]))
+    def _of(self, flights: Flights) -> Jet:
+        speeds = flights.closing()
+        if not speeds:
+            return jet(0.0)
+        if self.kind == "mean":
+            return sum(speeds, jet(0.0)) / len(speeds)
+        if self.kind == "rms":
+            return (sum((speed * speed for speed in speeds), jet(0.0)) / len(speeds)).sqrt()
+        extreme = max if self.kind == "largest" else min
+        return extreme(speeds, key=attrgetter("value"))
 
 
 @dataclass(frozen=True)
@@ -825,9 +808,8 @@ class ImpactRate(Measure):
         count = members["impacts_a"] + members["impacts_b"]
         return count * _per_system(members, system, _cycles_per_time)
 
-    def _of(self, flights: Flights) -> Dual:
-        rate = len(flights.struck.stops) / flights.period.value
-        return Dual(rate, -rate * flights.period.by / flights.period.value)
+    def _of(self, flights: Flights) -> Jet:
+        return float(len(flights.struck.stops)) / flights.period
 
 
 def _cycles_per_time(system: System) -> float:

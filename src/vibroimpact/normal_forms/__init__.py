@@ -12,55 +12,45 @@ from vibroimpact.normal_forms.centre_manifold import CentreManifold, centre_mani
 from vibroimpact.normal_forms.choose import normal_form
 from vibroimpact.normal_forms.codimension_two import codimension_two
 from vibroimpact.normal_forms.critical import NormalForm, Refusal, Status
-from vibroimpact.normal_forms.degenerate import Chenciner, Cusp, GeneralisedFlip
 from vibroimpact.normal_forms.explicit import ExplicitMap, FixedPoint, FixedPointStatus, MapForms
 from vibroimpact.normal_forms.flip_fold import Flip, Fold
 from vibroimpact.normal_forms.forms import Composition, Forms, Multilinear
-from vibroimpact.normal_forms.interactions import FoldFlip, FoldNeimarkSacker, TwoAmplitudes
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker
 from vibroimpact.normal_forms.resonance import Resonance, nearest_resonance, resonances
 from vibroimpact.normal_forms.special_points import CodimensionTwo, NewCurve
 from vibroimpact.normal_forms.strong_resonance import (
-    OneToFour,
-    OneToOne,
-    OneToThree,
-    OneToTwo,
+    fold_directions,
+    period_four,
     strong_resonance,
 )
+from vibroimpact.normal_forms.terms import on_pair_manifold
 
 __all__ = [
     "BranchPoint",
     "CentreManifold",
-    "Chenciner",
     "CodimensionTwo",
     "Composition",
-    "Cusp",
     "ExplicitMap",
     "FixedPoint",
     "FixedPointStatus",
     "Flip",
     "Fold",
-    "FoldFlip",
-    "FoldNeimarkSacker",
     "Forms",
-    "GeneralisedFlip",
     "MapForms",
     "Multilinear",
     "NeimarkSacker",
     "NewCurve",
     "NormalForm",
-    "OneToFour",
-    "OneToOne",
-    "OneToThree",
-    "OneToTwo",
     "Refusal",
     "Resonance",
     "Status",
-    "TwoAmplitudes",
     "centre_manifold",
     "codimension_two",
+    "fold_directions",
     "nearest_resonance",
     "normal_form",
+    "on_pair_manifold",
+    "period_four",
     "resonances",
     "strong_resonance",
 ]

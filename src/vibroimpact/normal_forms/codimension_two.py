@@ -45,11 +45,8 @@ def codimension_two(kind: str, forms: Forms) -> CodimensionTwo | Refusal:
 
     Returns
     -------
-    Cusp, GeneralisedFlip, Chenciner, OneToOne, OneToTwo, OneToThree, OneToFour, FoldFlip,
-    FoldNeimarkSacker, TwoAmplitudes or Refusal
-        With its coefficients, ``meaning`` (a sentence: what is born), ``switchable`` (the curves
-        of bifurcations that begin here) and, where there are none, ``why_not``. A
-        :class:`Refusal` with its reason where a hypothesis fails.
+    CodimensionTwo or Refusal
+        A :class:`Refusal` with its reason where a hypothesis fails.
 
     Raises
     ------

@@ -20,16 +20,15 @@ Reference   Kuznetsov, Elements of Applied Bifurcation Theory, sections 9.2, 9.3
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import Complexes
 from vibroimpact.normal_forms.critical import Refusal, Status, not_smooth
 from vibroimpact.normal_forms.flip_fold import Flip, flip_coefficient
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, ns_coefficient
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
-    NO_CURVES,
+    CodimensionTwo,
     NewCurve,
     critical_multipliers,
     vanishing,
@@ -39,141 +38,11 @@ from vibroimpact.normal_forms.terms import along, sized
 FIFTH = "the coefficient of fifth order takes fifth derivatives, which are not computed"
 
 
-@dataclass(frozen=True)
-class Cusp:
-    """Normal form (1) at a cusp.
+def cusp(forms: Forms) -> CodimensionTwo | Refusal:
+    """Compute c of (1), and a, about zero, that locates the point; with q, p and h2.
 
-    Attributes
-    ----------
-    c
-        Cubic coefficient for |q| = 1.
-    a
-        Quadratic coefficient that the point is located by, about zero.
-    q, p, h2
-        Critical eigenvectors and second-order term, real, shape (dimension,).
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether every multiplier but 1 lies inside the unit circle.
+    Cost: d first, 2 second and 1 third derivative.
     """
-
-    c: float
-    a: float
-    q: Floats = field(repr=False)
-    p: Floats = field(repr=False)
-    h2: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    kind = "CP"
-    switchable = NO_CURVES
-    why_not = "the two fold curves that meet here are one curve, which passes through the point."
-
-    @property
-    def meaning(self) -> str:
-        """What is born: three fixed points between the two fold curves."""
-        node, saddle = ("attract", "repels") if self.c < 0.0 else ("repel", "attracts")
-        return (
-            "two fold curves meet in a cusp; between them there are three fixed points, of which, "
-            f"in the critical direction, the outer two {node} and the middle one {saddle}."
-        )
-
-
-@dataclass(frozen=True)
-class GeneralisedFlip:
-    """Flip whose cubic coefficient vanishes (2).
-
-    Attributes
-    ----------
-    c, scale
-        The coefficient that vanishes, and the size of the terms whose sum it is.
-    q, p, h2
-        Critical eigenvectors and second-order term, real, shape (dimension,).
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether every multiplier but -1 lies inside the unit circle.
-    fifth
-        Coefficient e of (2): None, not computed.
-    """
-
-    c: float
-    scale: float
-    q: Floats = field(repr=False)
-    p: Floats = field(repr=False)
-    h2: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-    fifth: float | None = None
-
-    kind = "GPD"
-    switchable = (NewCurve("SN", 2),)
-    why_not = ""
-
-    @property
-    def meaning(self) -> str:
-        """What is born: a fold curve of the doubled orbit; on which side is not known."""
-        return (
-            f"the cubic coefficient of the flip vanishes (c = {self.c:.3g} of {self.scale:.3g}): "
-            "period doubling turns from super- to subcritical, and a fold curve of the doubled "
-            f"orbit begins, tangent to the flip curve; {FIFTH}."
-        )
-
-
-@dataclass(frozen=True)
-class Chenciner:
-    """Neimark-Sacker point whose first Lyapunov coefficient vanishes (3).
-
-    Attributes
-    ----------
-    multiplier
-        nu, |nu| = 1, 0 < arg(nu) < pi.
-    d
-        The coefficient of codimension one: its real part vanishes.
-    scale
-        Size of the terms whose sum d is.
-    q, p
-        Critical eigenvectors, shape (dimension,).
-    h20, h11
-        Second-order terms of the centre manifold, shape (dimension,); h11 is real.
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether every multiplier but the pair lies inside the unit circle.
-    fifth
-        Second Lyapunov coefficient: None, not computed.
-    """
-
-    multiplier: complex
-    d: complex
-    scale: float
-    q: Complexes = field(repr=False)
-    p: Complexes = field(repr=False)
-    h20: Complexes = field(repr=False)
-    h11: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-    fifth: complex | None = None
-
-    kind = "CH"
-    switchable = NO_CURVES
-    why_not = (
-        "what begins here is a curve of folds of invariant circles, not of periodic orbits: "
-        "circles must be continued."
-    )
-
-    @property
-    def meaning(self) -> str:
-        """What is born: folds of invariant circles; on which side is not known."""
-        return (
-            f"the first Lyapunov coefficient vanishes (Re d = {self.d.real:.3g} of "
-            f"{self.scale:.3g}): an attracting and a repelling invariant circle exist side by side "
-            f"and meet in a fold of circles; {FIFTH}."
-        )
-
-
-def cusp(forms: Forms) -> Cusp | Refusal:
-    """Compute the normal form (1). Cost: d first, 2 second and 1 third derivative."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers("CP", A, (1.0,))
     if isinstance(found, Refusal):
@@ -187,20 +56,23 @@ def cusp(forms: Forms) -> Cusp | Refusal:
     generic = _not_zero("CP", name, a.value.real, a.scale, critical.multipliers)
     if generic:
         return generic
-    form = Cusp(
-        c=c.value.real,
-        a=a.value.real,
-        q=q,
-        p=p,
-        h2=h2,
-        multipliers=critical.multipliers,
-        others_inside=critical.others_inside,
+    form = CodimensionTwo(
+        "CP", {"c": c.value.real, "a": a.value.real}, {"q": q, "p": p, "h2": h2},
+        critical.multipliers, critical.others_inside,
+    )  # fmt: skip
+    node, saddle = ("attract", "repels") if form.c < 0.0 else ("repel", "attracts")
+    return vanishing(form, ("c", form.c, c.scale, "the cubic term does not decide")) or form.born(
+        "two fold curves meet in a cusp; between them there are three fixed points, of which, "
+        f"in the critical direction, the outer two {node} and the middle one {saddle}.",
+        why_not="the two fold curves that meet here are one curve, which passes through the point.",
     )
-    return vanishing(form, ("c", form.c, c.scale, "the cubic term does not decide")) or form
 
 
-def generalised_flip(forms: Forms) -> GeneralisedFlip | Refusal:
-    """Check that c of (2) vanishes. Cost: d first, 2 second and 1 third derivative."""
+def generalised_flip(forms: Forms) -> CodimensionTwo | Refusal:
+    """Check that c of (2) vanishes next to ``scale``, the size of its terms; with q, p and h2.
+
+    On which side the fold curve begins is not known. Cost: d first, 2 second and 1 third derivative.
+    """
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers("GPD", A, (-1.0,))
     if isinstance(found, Refusal):
@@ -208,19 +80,21 @@ def generalised_flip(forms: Forms) -> GeneralisedFlip | Refusal:
     form, scale = flip_coefficient("PD", at, A, found[0])
     name = "the cubic coefficient c"
     generic = _not_zero("GPD", name, form.c, scale, form.multipliers, form)
-    return generic or GeneralisedFlip(
-        c=form.c,
-        scale=scale,
-        q=form.q,
-        p=form.p,
-        h2=form.h2,
-        multipliers=form.multipliers,
-        others_inside=form.others_inside,
-    )
+    return generic or CodimensionTwo(
+        "GPD", {"c": form.c, "scale": scale}, {"q": form.q, "p": form.p, "h2": form.h2},
+        form.multipliers, form.others_inside,
+        f"the cubic coefficient of the flip vanishes (c = {form.c:.3g} of {scale:.3g}): "
+        "period doubling turns from super- to subcritical, and a fold curve of the doubled "
+        f"orbit begins, tangent to the flip curve; {FIFTH}.",
+        (NewCurve("SN", 2),),
+    )  # fmt: skip
 
 
-def chenciner(forms: Forms) -> Chenciner | Refusal:
-    """Check that Re(d) of (3) vanishes. Cost: d first, 9 second and 4 third derivatives."""
+def chenciner(forms: Forms) -> CodimensionTwo | Refusal:
+    """Check that Re(d) of (3) vanishes next to ``scale``; with nu as ``multiplier``, q, p, h20, h11.
+
+    On which side the circles exist is not known. Cost: d first, 9 second and 4 third derivatives.
+    """
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers("CH", A, (None,))
     if isinstance(found, Refusal):
@@ -228,17 +102,16 @@ def chenciner(forms: Forms) -> Chenciner | Refusal:
     form, scale = ns_coefficient(at, A, found[0])
     name = "the first Lyapunov coefficient Re(d)"
     generic = _not_zero("CH", name, form.d.real, scale, form.multipliers, form)
-    return generic or Chenciner(
-        multiplier=form.multiplier,
-        d=form.d,
-        scale=scale,
-        q=form.q,
-        p=form.p,
-        h20=form.h20,
-        h11=form.h11,
-        multipliers=form.multipliers,
-        others_inside=form.others_inside,
-    )
+    return generic or CodimensionTwo(
+        "CH", {"multiplier": form.multiplier, "d": form.d, "scale": scale},
+        {"q": form.q, "p": form.p, "h20": form.h20, "h11": form.h11},
+        form.multipliers, form.others_inside,
+        f"the first Lyapunov coefficient vanishes (Re d = {form.d.real:.3g} of "
+        f"{scale:.3g}): an attracting and a repelling invariant circle exist side by side "
+        f"and meet in a fold of circles; {FIFTH}.",
+        why_not="what begins here is a curve of folds of invariant circles, not of periodic orbits: "
+        "circles must be continued.",
+    )  # fmt: skip
 
 
 def _not_zero(

@@ -49,7 +49,7 @@ Reference   Kuznetsov, Meijer and van Veen, The fold-flip bifurcation (2004); Ku
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -57,7 +57,7 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import Critical, Refusal, not_smooth
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 from vibroimpact.normal_forms.special_points import (
-    NO_CURVES,
+    CodimensionTwo,
     NewCurve,
     critical_multipliers,
     vanishing,
@@ -67,204 +67,11 @@ from vibroimpact.normal_forms.terms import Sized, along, cubic_alone, off, pair_
 UNDECIDED = "terms of higher order decide"
 
 
-@dataclass(frozen=True)
-class FoldFlip:
-    """Coefficients (2) of (1), for |q0| = |q1| = 1.
+def fold_flip(forms: Forms) -> CodimensionTwo | Refusal:
+    """Compute a, b, e of (2), and ``scaled``, a / (2 e) and b e / 2; with q0, at 1, and q1, at -1.
 
-    Attributes
-    ----------
-    a, b, e
-        The quadratic coefficients.
-    q0, q1
-        Critical eigenvectors at 1 and -1, real, shape (dimension,).
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether all but the two critical multipliers lie inside the unit circle.
+    Cost: d first and 3 second derivatives.
     """
-
-    a: float
-    b: float
-    e: float
-    q0: Floats = field(repr=False)
-    q1: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    kind = "LPPD"
-
-    @property
-    def scaled(self) -> tuple[float, float]:
-        """(a / (2 e), b e / 2): the first is invariant, the second for |q1| = 1."""
-        return self.a / (2.0 * self.e), self.b * self.e / 2.0
-
-    @property
-    def meaning(self) -> str:
-        """What is born."""
-        born = (
-            "a flip curve touches a fold curve, and a doubled orbit is born beside two fixed points"
-        )
-        if self.b * self.e > 0.0:
-            return f"{born}; the doubled orbit has a Neimark-Sacker curve that begins here."
-        return f"{born}; the doubled orbit is a saddle."
-
-    @property
-    def switchable(self) -> tuple[NewCurve, ...]:
-        """The Neimark-Sacker curve of the doubled orbit where b e > 0."""
-        return (NewCurve("NS", 2),) if self.b * self.e > 0.0 else NO_CURVES
-
-    @property
-    def why_not(self) -> str:
-        """Why no curve begins where b e < 0."""
-        product = self.b * self.e
-        return "" if product > 0.0 else f"b e = {product:.6g} < 0: the doubled orbit is a saddle."
-
-
-@dataclass(frozen=True)
-class FoldNeimarkSacker:
-    """Coefficients (4) of (3), for |q1| = |q2| = 1, and what is invariant of them (5).
-
-    Attributes
-    ----------
-    multiplier
-        nu, |nu| = 1, 0 < arg(nu) < pi.
-    f200, f011, g110
-        Quadratic coefficients.
-    f300, f111, g210, g021
-        Cubic coefficients, for <p1, h200> = <p1, h011> = <p2, h110> = 0; of these only (5) is
-        independent of that choice.
-    q1, q2
-        Critical eigenvectors at 1 (real) and nu, shape (dimension,).
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether all but the three critical multipliers lie inside the unit circle.
-    """
-
-    multiplier: complex
-    f200: float
-    f011: float
-    g110: complex
-    f300: float
-    f111: float
-    g210: complex
-    g021: complex
-    q1: Floats = field(repr=False)
-    q2: Complexes = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    kind = "LPNS"
-    switchable = NO_CURVES
-
-    @property
-    def s(self) -> int:
-        """Sign of f200 f011."""
-        return 1 if self.f200 * self.f011 > 0.0 else -1
-
-    @property
-    def a(self) -> complex:
-        """g110 / f200 (5)."""
-        return self.g110 / self.f200
-
-    @property
-    def b(self) -> complex:
-        """Cubic coefficient of w^2 z (5) once the other cubic ones are removed."""
-        nu_bar = self.multiplier.conjugate()
-        mixed = self.g110 * (self.f111 / 2.0 + (nu_bar * self.g021).real)
-        top = self.f011 * self.g210 + mixed - self.f200 * self.g021
-        return top / (self.f011 * self.f200**2)
-
-    @property
-    def c(self) -> float:
-        """f300 / f200^2 (5)."""
-        return self.f300 / self.f200**2
-
-    @property
-    def torus(self) -> bool:
-        """Whether f011 Re(conj(nu) g110) < 0: the circle itself has a Neimark-Sacker curve."""
-        return self.f011 * (self.multiplier.conjugate() * self.g110).real < 0.0
-
-    @property
-    def meaning(self) -> str:
-        """What is born."""
-        born = "a Neimark-Sacker curve touches a fold curve; the invariant circle"
-        if self.torus:
-            return f"{born} turns into a two-dimensional torus on a curve that begins here."
-        return f"{born} is of saddle type and has no bifurcation of its own next to the point."
-
-    @property
-    def why_not(self) -> str:
-        """Why no curve of periodic orbits begins."""
-        born = "is a bifurcation of circles" if self.torus else "does not exist"
-        return f"no other periodic orbits are born; what could begin here {born}."
-
-
-@dataclass(frozen=True)
-class TwoAmplitudes:
-    """Amplitude map (8) at a PDNS or NSNS point.
-
-    Attributes
-    ----------
-    kind
-        "PDNS" or "NSNS".
-    coefficients
-        p_ij, shape (2, 2): row j is the growth of amplitude j, first that of the flip (PDNS) or of
-        the pair with the smaller angle (NSNS); for |q| = 1.
-    q1, q2
-        Critical eigenvectors in the same order, shape (dimension,).
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether all but the critical multipliers lie inside the unit circle.
-    """
-
-    kind: str
-    coefficients: Floats
-    q1: Complexes = field(repr=False)
-    q2: Complexes = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    @property
-    def ratios(self) -> tuple[float, float]:
-        """(p_12 / p_22, p_21 / p_11), which do not depend on scales."""
-        p = self.coefficients
-        return float(p[0, 1] / p[1, 1]), float(p[1, 0] / p[0, 0])
-
-    @property
-    def simple(self) -> bool:
-        """Whether p_11 p_22 > 0: no further bifurcation of the motion with both amplitudes."""
-        return bool(self.coefficients[0, 0] * self.coefficients[1, 1] > 0.0)
-
-    @property
-    def meaning(self) -> str:
-        """What is born."""
-        both = (
-            "the doubled orbit, the circle, and a doubled circle where both amplitudes live"
-            if self.kind == "PDNS"
-            else "two circles, and a two-dimensional torus where both amplitudes live"
-        )
-        more = "" if self.simple else ", which can have a further bifurcation"
-        return f"{both}{more}."
-
-    @property
-    def switchable(self) -> tuple[NewCurve, ...]:
-        """PDNS: the Neimark-Sacker curve of the doubled orbit."""
-        return (NewCurve("NS", 2),) if self.kind == "PDNS" else NO_CURVES
-
-    @property
-    def why_not(self) -> str:
-        """NSNS: why no curve of periodic orbits begins."""
-        if self.kind == "PDNS":
-            return ""
-        return (
-            "no periodic orbits are born; the curves that begin here are bifurcations of circles."
-        )
-
-
-def fold_flip(forms: Forms) -> FoldFlip | Refusal:
-    """Compute (2). Cost: d first and 3 second derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers("LPPD", A, (1.0, -1.0))
     if isinstance(found, Refusal):
@@ -272,26 +79,36 @@ def fold_flip(forms: Forms) -> FoldFlip | Refusal:
     (q0, p0), (q1, p1) = ((critical.q.real, critical.p.real) for critical in found)
     a, b = sized(p0, 1.0, at.real(q0, q0)), sized(p0, 1.0, at.real(q1, q1))
     e = sized(p1, 1.0, at.real(q0, q1))  # (2)
-    form = FoldFlip(
-        a=a.value.real,
-        b=b.value.real,
-        e=e.value.real,
-        q0=q0,
-        q1=q1,
-        multipliers=found[0].multipliers,
-        others_inside=found[0].others_inside,
-    )
+    form = CodimensionTwo(
+        "LPPD", {"a": a.value.real, "b": b.value.real, "e": e.value.real}, {"q0": q0, "q1": q1},
+        found[0].multipliers, found[0].others_inside,
+    )  # fmt: skip
     degenerate = vanishing(
         form,
         ("a", form.a, a.scale, UNDECIDED),
         ("b", form.b, b.scale, UNDECIDED),
         ("e", form.e, e.scale, UNDECIDED),
     )
-    return degenerate or form
+    if degenerate:
+        return degenerate
+    scaled, product = (form.a / (2.0 * form.e), form.b * form.e / 2.0), form.b * form.e
+    born = "a flip curve touches a fold curve, and a doubled orbit is born beside two fixed points"
+    if product > 0.0:
+        return form.born(
+            f"{born}; the doubled orbit has a Neimark-Sacker curve that begins here.",
+            NewCurve("NS", 2), scaled=scaled,
+        )  # fmt: skip
+    why_not = f"b e = {product:.6g} < 0: the doubled orbit is a saddle."
+    return form.born(f"{born}; the doubled orbit is a saddle.", why_not=why_not, scaled=scaled)
 
 
-def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
-    """Compute (4). Cost: d first, 22 second and 10 third derivatives."""
+def fold_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
+    """Compute (4), and s, a, b, c of (5); with q1, at 1, and q2, at nu, which is ``multiplier``.
+
+    The cubic ones are those for <p1, h200> = <p1, h011> = <p2, h110> = 0; of them only (5) does not
+    depend on that choice. ``torus`` is whether f011 Re(conj(nu) g110) < 0: the circle itself has a
+    Neimark-Sacker curve. Cost: d first, 22 second and 10 third derivatives.
+    """
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers("LPNS", A, (1.0, None))
     if isinstance(found, Refusal):
@@ -305,21 +122,14 @@ def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
     h011 = along(A, one.on_circle, one.q, one.p, circle).real
     h110 = along(A, pair.on_circle, q2, pair.p, mixed)
     f300, f111, g210, g021 = _cubic(at, A, found, (h200, h011, h110))
-    form = FoldNeimarkSacker(
-        multiplier=pair.on_circle,
-        f200=f200.value.real,
-        f011=f011.value.real,
-        g110=g110.value,
-        f300=f300.value.real,
-        f111=f111.value.real,
-        g210=g210.value,
-        g021=g021.value,
-        q1=q1,
-        q2=q2,
-        multipliers=one.multipliers,
-        others_inside=one.others_inside,
-    )
-    growth = (form.multiplier.conjugate() * form.g110).real
+    numbers = {
+        "multiplier": pair.on_circle,
+        "f200": f200.value.real, "f011": f011.value.real, "g110": g110.value,
+        "f300": f300.value.real, "f111": f111.value.real, "g210": g210.value, "g021": g021.value,
+    }  # fmt: skip
+    form = CodimensionTwo("LPNS", numbers, {"q1": q1, "q2": q2}, one.multipliers, one.others_inside)
+    nu_bar = pair.on_circle.conjugate()
+    growth = (nu_bar * form.g110).real
     whole = f011.scale + sized(one.p, 1.0, at(q2, q2)).scale
     degenerate = vanishing(
         form,
@@ -327,12 +137,33 @@ def fold_neimark_sacker(forms: Forms) -> FoldNeimarkSacker | Refusal:
         ("f011", form.f011, whole, UNDECIDED),
         ("Re(conj(nu) g110)", growth, g110.scale, UNDECIDED),
     )
-    if degenerate is None and not math.isfinite(abs(form.b) + abs(form.c)):
+    if degenerate:
+        return degenerate
+    turned = form.g110 * (form.f111 / 2.0 + (nu_bar * form.g021).real)
+    top = form.f011 * form.g210 + turned - form.f200 * form.g021
+    b, c = top / (form.f011 * form.f200**2), form.f300 / form.f200**2  # (5)
+    if not math.isfinite(abs(b) + abs(c)):
         return not_smooth("LPNS", "a cubic coefficient", form.multipliers)
-    return degenerate or form
+    torus = form.f011 * growth < 0.0
+    end, there = (
+        (
+            "turns into a two-dimensional torus on a curve that begins here",
+            "is a bifurcation of circles",
+        )
+        if torus
+        else (
+            "is of saddle type and has no bifurcation of its own next to the point",
+            "does not exist",
+        )
+    )
+    return form.born(
+        f"a Neimark-Sacker curve touches a fold curve; the invariant circle {end}.",
+        why_not=f"no other periodic orbits are born; what could begin here {there}.",
+        s=1 if form.f200 * form.f011 > 0.0 else -1, a=form.g110 / form.f200, b=b, c=c, torus=torus,
+    )  # fmt: skip
 
 
-def flip_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
+def flip_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
     """Compute (8) of (6). Cost: d first, 22 second and 10 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers("PDNS", A, (-1.0, None))
@@ -362,7 +193,7 @@ def _cubic(
     return f300, f111, g210, cubic_alone(at, q2, pair.p, h020, h011)
 
 
-def double_neimark_sacker(forms: Forms) -> TwoAmplitudes | Refusal:
+def double_neimark_sacker(forms: Forms) -> CodimensionTwo | Refusal:
     """Compute (8) of (7). Cost: d first, 42 second and 20 third derivatives."""
     A, at = jacobian(forms), Multilinear(forms)
     found = critical_multipliers("NSNS", A, (None, None))
@@ -386,15 +217,23 @@ def _pair_row(at: Multilinear, A: Floats, own: Critical, other: Critical) -> tup
 
 def _amplitudes(
     kind: str, found: tuple[Critical, ...], *rows: tuple[Sized, Sized]
-) -> TwoAmplitudes | Refusal:
-    """The amplitude map (8) from the coefficients by rows, or the hypothesis that fails."""
+) -> CodimensionTwo | Refusal:
+    """The amplitude map (8) from the coefficients by rows, or the hypothesis that fails.
+
+    ``coefficients`` are p_ij, shape (2, 2): row j is the growth of amplitude j, first that of the
+    flip or of the pair with the smaller angle, as q1 and q2. ``ratios``, p_12 / p_22 and
+    p_21 / p_11, do not depend on scales. ``simple`` is whether p_11 p_22 > 0: the motion with both
+    amplitudes has no further bifurcation.
+    """
     one, two = found
     bars = one.on_circle.conjugate(), two.on_circle.conjugate()
     p = np.array(
         [[(bar * part.value).real for part in row] for bar, row in zip(bars, rows, strict=True)]
     )
     sizes = [max(part.scale for part in row) for row in rows]
-    form = TwoAmplitudes(kind, p, one.q, two.q, one.multipliers, one.others_inside)
+    form = CodimensionTwo(
+        kind, {"coefficients": p}, {"q1": one.q, "q2": two.q}, one.multipliers, one.others_inside
+    )
     checks = [
         (f"p_{i + 1}{j + 1}", float(p[i, j]), sizes[i], UNDECIDED)
         for i in range(2)
@@ -402,4 +241,19 @@ def _amplitudes(
     ]
     determinant = float(p[0, 0] * p[1, 1] - p[0, 1] * p[1, 0])
     checks.append(("det p", determinant, 2.0 * sizes[0] * sizes[1], UNDECIDED))
-    return vanishing(form, *checks) or form
+    if degenerate := vanishing(form, *checks):
+        return degenerate
+    simple = bool(p[0, 0] * p[1, 1] > 0.0)
+    numbers: dict[str, Any] = {
+        "ratios": (float(p[0, 1] / p[1, 1]), float(p[1, 0] / p[0, 0])),
+        "simple": simple,
+    }
+    more = "" if simple else ", which can have a further bifurcation"
+    if kind == "PDNS":
+        born = "the doubled orbit, the circle, and a doubled circle where both amplitudes live"
+        return form.born(f"{born}{more}.", NewCurve("NS", 2), **numbers)
+    return form.born(
+        f"two circles, and a two-dimensional torus where both amplitudes live{more}.",
+        why_not="no periodic orbits are born; the curves that begin here are bifurcations of circles.",
+        **numbers,
+    )

@@ -17,11 +17,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.critical import (
@@ -79,21 +81,53 @@ class NewCurve:
 NO_CURVES: tuple[NewCurve, ...] = ()
 
 
-@runtime_checkable
-class CodimensionTwo(NormalForm, Protocol):
-    """Normal form of codimension two, with what it means and where one can go from it."""
+@dataclass(frozen=True)
+class CodimensionTwo:
+    """Normal form at a point of codimension two: its coefficients, and what is born there.
 
-    @property
-    def meaning(self) -> str:
-        """One sentence: what is born at the point."""
+    Attributes
+    ----------
+    kind
+        CP, GPD, CH, R1 to R4, LPPD, LPNS, PDNS or NSNS.
+    numbers
+        Coefficients and invariants by their letters, which the function of the kind states, for
+        |q| = 1. Each is an attribute too: ``form.a``.
+    vectors
+        Critical eigenvectors and second-order terms of the centre manifold by their letters, shape
+        (dimension,); attributes too.
+    multipliers
+        All multipliers, shape (dimension,).
+    others_inside
+        Whether all multipliers that are not critical lie inside the unit circle.
+    meaning
+        One sentence: what is born at the point.
+    switchable
+        Curves of bifurcations of periodic orbits that begin here, besides those that cross.
+    why_not
+        A sentence where ``switchable`` is empty; else an empty string.
+    """
 
-    @property
-    def switchable(self) -> tuple[NewCurve, ...]:
-        """Curves of bifurcations of periodic orbits that begin here, besides those that cross."""
+    kind: str
+    numbers: Mapping[str, Any]
+    vectors: Mapping[str, NDArray[Any]] = field(repr=False)
+    multipliers: Complexes = field(repr=False)
+    others_inside: bool
+    meaning: str = ""
+    switchable: tuple[NewCurve, ...] = NO_CURVES
+    why_not: str = ""
 
-    @property
-    def why_not(self) -> str:
-        """A sentence where ``switchable`` is empty; else an empty string."""
+    def __getattr__(self, letter: str) -> Any:
+        for letters in (vars(self).get("numbers", {}), vars(self).get("vectors", {})):
+            if letter in letters:
+                return letters[letter]
+        raise AttributeError(f"{letter!r}: a normal form of this kind has no such coefficient.")
+
+    def born(self, meaning: str, *switchable: NewCurve, why_not: str = "", **numbers: Any) -> Self:
+        """With what is born at the point, and with further numbers."""
+        numbers = {**self.numbers, **numbers}
+        return replace(
+            self, numbers=numbers, meaning=meaning, switchable=switchable, why_not=why_not
+        )
 
 
 def vanishing(form: NormalForm, *checks: tuple[str, float, float, str]) -> Refusal | None:

@@ -46,7 +46,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -64,7 +63,7 @@ from vibroimpact.normal_forms.critical import (
 from vibroimpact.normal_forms.forms import Forms, Multilinear, jacobian
 from vibroimpact.normal_forms.special_points import (
     AT_THE_POINT,
-    NO_CURVES,
+    CodimensionTwo,
     NewCurve,
     vanishing,
 )
@@ -72,7 +71,6 @@ from vibroimpact.normal_forms.terms import (
     along,
     cubic_alone,
     off,
-    on_pair_manifold,
     pair_alone,
     sized,
 )
@@ -81,280 +79,56 @@ CUBE_ROOT = cmath.exp(2j * math.pi / 3.0)
 UNDECIDED = "higher terms decide (as in an area-preserving map)"
 
 
-@dataclass(frozen=True)
-class OneToOne:
-    """Coefficients (2) of (1), for |q0| = 1.
+def fold_directions(form: CodimensionTwo) -> tuple[complex, ...]:
+    """Directions mu / |mu| of the two half-lines (10) at 1:4; none where |A| < 1.
 
-    Attributes
-    ----------
-    a, b
-        a(b - 2a) < 0: the circle of the Neimark-Sacker curve attracts on the centre manifold,
-        > 0: it repels.
-    q0, q1
-        Eigenvector and generalised eigenvector, real, shape (dimension,).
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether all but the two critical multipliers lie inside the unit circle.
+    Between them, on the side of -A, there are two orbits of period four, elsewhere none.
     """
-
-    a: float
-    b: float
-    q0: Floats = field(repr=False)
-    q1: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    kind = "R1"
-    switchable = (NewCurve("NS", 1),)
-    why_not = ""
-
-    @property
-    def sign(self) -> int:
-        """Sign of a(b - 2a): what MatContM prints."""
-        return int(math.copysign(1.0, self.a * (self.b - 2.0 * self.a)))
-
-    @property
-    def meaning(self) -> str:
-        """What is born."""
-        return (
-            "a Neimark-Sacker curve begins tangent to the fold curve and goes on beyond as a "
-            f"neutral saddle; its circle {_verdict(self.sign < 0)} and ends at a homoclinic orbit "
-            "of the saddle."
-        )
+    if abs(form.scaled) <= 1.0:
+        return ()
+    turn = cmath.exp(1j * math.asin(1.0 / abs(form.scaled)))
+    middle = -form.scaled / abs(form.scaled)
+    return middle / turn, middle * turn
 
 
-@dataclass(frozen=True)
-class OneToTwo:
-    """Coefficients (4) of (3), for |q0| = 1.
+def period_four(form: CodimensionTwo, mu: complex) -> Complexes:
+    """The z != 0 that solve (9): points of period four.
 
-    Attributes
+    Parameters
     ----------
-    c, d
-        c > 0: the doubled orbit is a saddle; c < 0: it is none, and a Neimark-Sacker curve of it
-        begins. -2 d - 6 c < 0: the circle attracts on the centre manifold.
-    q0, q1
-        Eigenvector and generalised eigenvector, real, shape (dimension,).
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether all but the two critical multipliers lie inside the unit circle.
+    form
+        Normal form at 1:4.
+    mu
+        log(nu / i) of the multiplier nu near i, nonzero and small.
+
+    Returns
+    -------
+    ndarray
+        Shape (4 m,), m = 0, 1 or 2 orbits of four points each, the smaller orbit first; z to a
+        relative error of order |mu|. ``on_pair_manifold`` of terms.py has the points of the map at
+        these z, to an error of order |mu|^(3/2).
     """
-
-    c: float
-    d: float
-    q0: Floats = field(repr=False)
-    q1: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    kind = "R2"
-
-    @property
-    def scaled(self) -> tuple[float, float]:
-        """Scaled coefficients (4 c, -2 d - 6 c)."""
-        return 4.0 * self.c, -2.0 * self.d - 6.0 * self.c
-
-    @property
-    def meaning(self) -> str:
-        """What is born."""
-        verdict = _verdict(self.scaled[1] < 0.0)
-        circle = f"a Neimark-Sacker curve ends on the flip curve; its circle {verdict}"
-        if self.c < 0.0:
-            return f"{circle}; a Neimark-Sacker curve of the doubled orbit begins."
-        return f"{circle} and ends where it meets the doubled orbit, which is a saddle."
-
-    @property
-    def switchable(self) -> tuple[NewCurve, ...]:
-        """The Neimark-Sacker curve of the doubled orbit where 4 c < 0."""
-        return (NewCurve("NS", 2),) if self.c < 0.0 else NO_CURVES
-
-    @property
-    def why_not(self) -> str:
-        """Why no curve begins where 4 c > 0."""
-        if self.c < 0.0:
-            return ""
-        return f"4 c = {4.0 * self.c:.6g} > 0: the doubled orbit is a saddle next to the point."
-
-
-@dataclass(frozen=True)
-class OneToThree:
-    """Coefficients (6) of (5), for |q| = 1, <p, q> = 1.
-
-    Attributes
-    ----------
-    b, c
-        b != 0: a saddle orbit of period three lies next to the fixed point.
-    q, p
-        Critical eigenvectors, shape (dimension,).
-    h20, h11
-        Second-order terms of the centre manifold, shape (dimension,); h11 is real.
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether every multiplier but the pair lies inside the unit circle.
-    """
-
-    b: complex
-    c: complex
-    q: Complexes = field(repr=False)
-    p: Complexes = field(repr=False)
-    h20: Complexes = field(repr=False)
-    h11: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    kind = "R3"
-    switchable = (NewCurve("NS", 3, neutral_saddle=True),)
-    why_not = ""
-
-    @property
-    def scaled(self) -> complex:
-        """Scaled coefficient (conj(nu) c / |b|^2 - 1) / 3; if negative, the circle attracts.
-
-        Only its real part, the one that decides, is invariant under changes of coordinates: the
-        imaginary part depends on the choice of h20 along conj(q), which conj(z)^2 leaves free.
-        """
-        return (CUBE_ROOT.conjugate() * self.c / abs(self.b) ** 2 - 1.0) / 3.0
-
-    def points(self, z: Complexes) -> Floats:
-        """Points of the centre manifold at z, shape (m,), as displacements (m, dimension).
-
-        2 Re(q z) + Re(h20 z^2) + h11 |z|^2, measured from the fixed point at the same parameters.
-        """
-        return on_pair_manifold(z, self.q, self.h20, self.h11)
-
-    @property
-    def meaning(self) -> str:
-        """What is born."""
-        return (
-            "a saddle orbit of period three shrinks to the fixed point on all sides; the circle of "
-            f"the Neimark-Sacker curve {_verdict(self.scaled.real < 0.0)} and ends where it meets "
-            "that orbit."
-        )
-
-
-@dataclass(frozen=True)
-class OneToFour:
-    """Coefficients (8) of (7), for |q| = 1, <p, q> = 1.
-
-    Attributes
-    ----------
-    c, d
-        The coefficients. The argument of d depends on the phase of q.
-    q, p
-        Critical eigenvectors, shape (dimension,).
-    h20, h11
-        Second-order terms of the centre manifold, shape (dimension,); h11 is real.
-    multipliers
-        All multipliers, shape (dimension,).
-    others_inside
-        Whether every multiplier but the pair lies inside the unit circle.
-    """
-
-    c: complex
-    d: complex
-    q: Complexes = field(repr=False)
-    p: Complexes = field(repr=False)
-    h20: Complexes = field(repr=False)
-    h11: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
-    others_inside: bool
-
-    kind = "R4"
-
-    @property
-    def scaled(self) -> complex:
-        """A = -i c / |d|: Re A < 0: the circle of the Neimark-Sacker curve attracts."""
-        return -1j * self.c / abs(self.d)
-
-    @property
-    def folds_exist(self) -> bool:
-        """Whether |A| > 1: orbits of period four are born in folds, on the half-lines (10)."""
-        return abs(self.scaled) > 1.0
-
-    @property
-    def fold_directions(self) -> tuple[complex, ...]:
-        """Directions mu / |mu| of the two half-lines (10); none where |A| < 1.
-
-        Between them, on the side of -A, there are two orbits of period four, elsewhere none.
-        """
-        if not self.folds_exist:
-            return ()
-        turn = cmath.exp(1j * math.asin(1.0 / abs(self.scaled)))
-        middle = -self.scaled / abs(self.scaled)
-        return middle / turn, middle * turn
-
-    def period_four(self, mu: complex) -> Complexes:
-        """The z != 0 that solve (9): points of period four.
-
-        Parameters
-        ----------
-        mu
-            log(nu / i) of the multiplier nu near i, nonzero and small.
-
-        Returns
-        -------
-        ndarray
-            Shape (4 m,), m = 0, 1 or 2 orbits of four points each, the smaller orbit first; z to a
-            relative error of order |mu|.
-        """
-        scaled, turned = self.scaled, -1j * self.d / abs(self.d)
-        # |mu + A s| = s:  (|A|^2 - 1) s^2 + 2 Re(conj(A) mu) s + |mu|^2 = 0
-        half, square = (scaled.conjugate() * mu).real, abs(scaled) ** 2 - 1.0
-        inside = half**2 - square * abs(mu) ** 2
-        if inside < 0.0 or mu == 0.0:
-            return np.zeros(0, dtype=np.complex128)
-        larger = -half - math.copysign(math.sqrt(inside), half)  # without cancellation
-        sizes = sorted(s for s in (larger / square, abs(mu) ** 2 / larger) if s > 0.0)
-        points = []
-        for s in sizes:
-            angle = -cmath.phase(-(scaled + mu / s) / turned) / 4.0  # (9): exp(-4 i angle)
-            z = math.sqrt(s / abs(self.d)) * cmath.exp(1j * angle)
-            points += [z * 1j**k for k in range(4)]
-        return np.array(points, dtype=np.complex128)
-
-    def points(self, z: Complexes) -> Floats:
-        """Points of the centre manifold at z, shape (m,), as displacements (m, dimension).
-
-        2 Re(q z) + Re(h20 z^2) + h11 |z|^2, measured from the fixed point at the same parameters:
-        for the z of :meth:`period_four` to an error of order |mu|^(3/2).
-        """
-        return on_pair_manifold(z, self.q, self.h20, self.h11)
-
-    @property
-    def meaning(self) -> str:
-        """What is born."""
-        born = (
-            "two orbits of period four are born in a fold on each of two curves"
-            if self.folds_exist
-            else "a saddle orbit of period four shrinks to the fixed point on all sides"
-        )
-        circle = _verdict(self.scaled.real < 0.0)
-        return f"{born}; the circle of the Neimark-Sacker curve {circle}."
-
-    @property
-    def switchable(self) -> tuple[NewCurve, ...]:
-        """Two fold curves of period four where |A| > 1."""
-        return (NewCurve("SN", 4), NewCurve("SN", 4)) if self.folds_exist else NO_CURVES
-
-    @property
-    def why_not(self) -> str:
-        """Why no curve begins where |A| < 1."""
-        if self.folds_exist:
-            return ""
-        size = abs(self.scaled)
-        return f"|A| = {size:.6g} < 1: one orbit of period four exists all around, without folds."
+    scaled, turned = form.scaled, -1j * form.d / abs(form.d)
+    # |mu + A s| = s:  (|A|^2 - 1) s^2 + 2 Re(conj(A) mu) s + |mu|^2 = 0
+    half, square = (scaled.conjugate() * mu).real, abs(scaled) ** 2 - 1.0
+    inside = half**2 - square * abs(mu) ** 2
+    if inside < 0.0 or mu == 0.0:
+        return np.zeros(0, dtype=np.complex128)
+    larger = -half - math.copysign(math.sqrt(inside), half)  # without cancellation
+    sizes = sorted(s for s in (larger / square, abs(mu) ** 2 / larger) if s > 0.0)
+    points = []
+    for s in sizes:
+        angle = -cmath.phase(-(scaled + mu / s) / turned) / 4.0  # (9): exp(-4 i angle)
+        z = math.sqrt(s / abs(form.d)) * cmath.exp(1j * angle)
+        points += [z * 1j**k for k in range(4)]
+    return np.array(points, dtype=np.complex128)
 
 
 def _verdict(attracts: bool) -> str:
     return f"{'attracts' if attracts else 'repels'} on the centre manifold"
 
 
-StrongResonance = OneToOne | OneToTwo | OneToThree | OneToFour
-
-
-def strong_resonance(kind: str, forms: Forms) -> StrongResonance | Refusal:
+def strong_resonance(kind: str, forms: Forms) -> CodimensionTwo | Refusal:
     """Compute the critical coefficients at a strong resonance.
 
     Parameters
@@ -366,7 +140,14 @@ def strong_resonance(kind: str, forms: Forms) -> StrongResonance | Refusal:
 
     Returns
     -------
-    OneToOne, OneToTwo, OneToThree, OneToFour or Refusal
+    CodimensionTwo or Refusal
+        R1: a, b, and ``sign`` of a(b - 2a), as MatContM prints it: < 0 where the circle of the
+        Neimark-Sacker curve attracts on the centre manifold; q0, q1, the generalised eigenvector.
+        R2: c, d, ``scaled`` (4 c, -2 d - 6 c): the doubled orbit is a saddle if the first is
+        positive, the circle attracts if the second is negative; q0, q1. R3: b, c, ``scaled``, whose
+        real part is (conj(nu) c / |b|^2 - 1) / 3, the one that is invariant: the circle attracts if
+        it is negative; q, p, h20, h11. R4: c, d, whose argument depends on the phase of q, and
+        ``scaled`` A: the circle attracts if Re A < 0; q, p, h20, h11.
         A refusal where the multipliers are not those of the resonance, or a coefficient vanishes.
 
     Raises
@@ -382,7 +163,7 @@ def strong_resonance(kind: str, forms: Forms) -> StrongResonance | Refusal:
     return STRONG[kind](forms)
 
 
-def _one_to_one(forms: Forms) -> OneToOne | Refusal:
+def _one_to_one(forms: Forms) -> CodimensionTwo | Refusal:
     A, at = jacobian(forms), Multilinear(forms)
     found = _double("R1", A, 1.0)
     if isinstance(found, Refusal):
@@ -391,13 +172,19 @@ def _one_to_one(forms: Forms) -> OneToOne | Refusal:
     b00, b01 = at.real(q0, q0), at.real(q0, q1)
     a, mixed, turned = sized(p0, 2.0, b00), sized(p0, 1.0, b01), sized(p1, 1.0, b00)
     b = (mixed.value + turned.value).real  # (2)
-    form = OneToOne(a.value.real, b, q0, q1, *rest)
+    form = CodimensionTwo("R1", {"a": a.value.real, "b": b}, {"q0": q0, "q1": q1}, *rest)
     size = mixed.scale + turned.scale + 2.0 * a.scale
     circle = ("b - 2 a", b - 2.0 * form.a, size, UNDECIDED)
-    return vanishing(form, ("a", form.a, a.scale, "no simple fold"), circle) or form
+    sign = int(math.copysign(1.0, form.a * (b - 2.0 * form.a)))
+    return vanishing(form, ("a", form.a, a.scale, "no simple fold"), circle) or form.born(
+        "a Neimark-Sacker curve begins tangent to the fold curve and goes on beyond as a "
+        f"neutral saddle; its circle {_verdict(sign < 0)} and ends at a homoclinic orbit "
+        "of the saddle.",
+        NewCurve("NS", 1), sign=sign,
+    )  # fmt: skip
 
 
-def _one_to_two(forms: Forms) -> OneToTwo | Refusal:
+def _one_to_two(forms: Forms) -> CodimensionTwo | Refusal:
     A, at = jacobian(forms), Multilinear(forms)
     found = _double("R2", A, -1.0)
     if isinstance(found, Refusal):
@@ -408,10 +195,22 @@ def _one_to_two(forms: Forms) -> OneToTwo | Refusal:
     cubic = at.real(q0, q0, q0), 3.0 * at.real(q0, h20)
     mixed = at.real(q0, q0, q1), 2.0 * at.real(q0, h11), at.real(q1, h20)
     c, first, second = sized(p0, 6.0, *cubic), sized(p0, 2.0, *mixed), sized(p1, 2.0, *cubic)
-    form = OneToTwo(c.value.real, (first.value + second.value).real, q0, q1, *rest)  # (4)
+    numbers = {"c": c.value.real, "d": (first.value + second.value).real}  # (4)
+    form = CodimensionTwo("R2", numbers, {"q0": q0, "q1": q1}, *rest)
+    scaled = 4.0 * form.c, -2.0 * form.d - 6.0 * form.c
     size = 2.0 * (first.scale + second.scale) + 6.0 * c.scale
-    circle = ("2 d + 6 c", form.scaled[1], size, UNDECIDED)
-    return vanishing(form, ("c", form.c, c.scale, UNDECIDED), circle) or form
+    circle = ("2 d + 6 c", scaled[1], size, UNDECIDED)
+    if degenerate := vanishing(form, ("c", form.c, c.scale, UNDECIDED), circle):
+        return degenerate
+    ends = f"a Neimark-Sacker curve ends on the flip curve; its circle {_verdict(scaled[1] < 0.0)}"
+    if form.c < 0.0:
+        born = f"{ends}; a Neimark-Sacker curve of the doubled orbit begins."
+        return form.born(born, NewCurve("NS", 2), scaled=scaled)
+    return form.born(
+        f"{ends} and ends where it meets the doubled orbit, which is a saddle.",
+        why_not=f"4 c = {scaled[0]:.6g} > 0: the doubled orbit is a saddle next to the point.",
+        scaled=scaled,
+    )
 
 
 def _double(
@@ -460,7 +259,7 @@ def _pair(kind: str, A: Floats, target: complex, name: str) -> Critical | Refusa
     return critical
 
 
-def _one_to_three(forms: Forms) -> OneToThree | Refusal:
+def _one_to_three(forms: Forms) -> CodimensionTwo | Refusal:
     A, at = jacobian(forms), Multilinear(forms)
     critical = _pair("R3", A, CUBE_ROOT, "exp(2 pi i / 3)")
     if isinstance(critical, Refusal):
@@ -469,18 +268,31 @@ def _one_to_three(forms: Forms) -> OneToThree | Refusal:
     h20 = along(A, CUBE_ROOT.conjugate(), bar, critical.p.conj(), at(q, q))
     h11 = off(A, 1.0, at(q, bar)).real
     b, c = sized(critical.p, 2.0, at(bar, bar)), cubic_alone(at, q, critical.p, h20, h11)  # (6)
-    inside = critical.others_inside
-    form = OneToThree(b.value, c.value, q, critical.p, h20, h11, critical.multipliers, inside)
+    form = _of_pair("R3", {"b": b.value, "c": c.value}, critical, h20, h11)
     size, quadratic = abs(b.value) ** 2, b.scale + sized(critical.p, 2.0, at(q, q)).scale
     no_saddle = vanishing(form, ("b", abs(form.b), quadratic, "no orbit of period three is born"))
     if no_saddle:
         return no_saddle
+    scaled = (CUBE_ROOT.conjugate() * form.c / size - 1.0) / 3.0
     scale = (c.scale / size + 1.0) / 3.0
-    real = ("Re(conj(nu) c / |b|^2 - 1) / 3", form.scaled.real, scale, UNDECIDED)
-    return vanishing(form, real) or form
+    real = ("Re(conj(nu) c / |b|^2 - 1) / 3", scaled.real, scale, UNDECIDED)
+    return vanishing(form, real) or form.born(
+        "a saddle orbit of period three shrinks to the fixed point on all sides; the circle of "
+        f"the Neimark-Sacker curve {_verdict(scaled.real < 0.0)} and ends where it meets "
+        "that orbit.",
+        NewCurve("NS", 3, neutral_saddle=True), scaled=scaled,
+    )  # fmt: skip
 
 
-def _one_to_four(forms: Forms) -> OneToFour | Refusal:
+def _of_pair(
+    kind: str, numbers: dict[str, complex], critical: Critical, h20: Complexes, h11: Floats
+) -> CodimensionTwo:
+    """Coefficients at a pair, with (3) of terms.py."""
+    vectors = {"q": critical.q, "p": critical.p, "h20": h20, "h11": h11}
+    return CodimensionTwo(kind, numbers, vectors, critical.multipliers, critical.others_inside)
+
+
+def _one_to_four(forms: Forms) -> CodimensionTwo | Refusal:
     A, at = jacobian(forms), Multilinear(forms)
     critical = _pair("R4", A, 1j, "i")
     if isinstance(critical, Refusal):
@@ -488,34 +300,34 @@ def _one_to_four(forms: Forms) -> OneToFour | Refusal:
     q, bar = critical.q, critical.q.conj()
     h20, h11, c = pair_alone(at, A, 1j, q, critical.p)
     d = sized(critical.p, 6.0, at(bar, bar, bar), 3.0 * at(bar, h20.conj()))  # (8)
-    form = OneToFour(
-        c=c.value,
-        d=d.value,
-        q=q,
-        p=critical.p,
-        h20=h20,
-        h11=h11,
-        multipliers=critical.multipliers,
-        others_inside=critical.others_inside,
-    )
+    form = _of_pair("R4", {"c": c.value, "d": d.value}, critical, h20, h11)
     cubic = c.scale + d.scale
     no_resonance = vanishing(form, ("d", abs(form.d), cubic, "no orbit of period four is born"))
     if no_resonance:
         return no_resonance
-    scaled, scale = form.scaled, c.scale / abs(form.d)
+    scaled, scale = -1j * form.c / abs(form.d), c.scale / abs(form.d)
     wide = max(scale, d.scale / abs(form.d))
-    return (
-        vanishing(
-            form,
-            ("Re A", scaled.real, scale, UNDECIDED),
-            ("Im A", scaled.imag, scale, "the unfolding is not known"),
-            ("|A| - 1", abs(scaled) - 1.0, wide, "whether folds exist is not decided"),
-        )
-        or form
+    degenerate = vanishing(
+        form,
+        ("Re A", scaled.real, scale, UNDECIDED),
+        ("Im A", scaled.imag, scale, "the unfolding is not known"),
+        ("|A| - 1", abs(scaled) - 1.0, wide, "whether folds exist is not decided"),
+    )
+    if degenerate:
+        return degenerate
+    circle = f"the circle of the Neimark-Sacker curve {_verdict(scaled.real < 0.0)}"
+    if abs(scaled) > 1.0:
+        born = f"two orbits of period four are born in a fold on each of two curves; {circle}."
+        return form.born(born, NewCurve("SN", 4), NewCurve("SN", 4), scaled=scaled)
+    return form.born(
+        f"a saddle orbit of period four shrinks to the fixed point on all sides; {circle}.",
+        why_not=f"|A| = {abs(scaled):.6g} < 1: one orbit of period four exists all around, without "
+        "folds.",
+        scaled=scaled,
     )
 
 
-STRONG: dict[str, Callable[[Forms], StrongResonance | Refusal]] = {
+STRONG: dict[str, Callable[[Forms], CodimensionTwo | Refusal]] = {
     "R1": _one_to_one,
     "R2": _one_to_two,
     "R3": _one_to_three,

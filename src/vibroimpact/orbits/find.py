@@ -19,7 +19,6 @@ import numpy as np
 from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.compile.piecewise import code_of_states
 from vibroimpact.compile.prescribed import check_prescribed, compile_prescribed
 from vibroimpact.model.state import State
@@ -52,7 +51,7 @@ class Guess(NamedTuple):
 
 def find_orbit(
     system: System,
-    guess: Orbit | SymmetricOrbit | Run | State | Guess,
+    guess: Orbit | Run | State | Guess,
     *,
     impacts: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
@@ -112,8 +111,6 @@ def find_orbit(
     if symmetric is not None:
         check_flag("symmetric", symmetric)
     check_prescribed(system, mechanism_of(system))
-    if isinstance(guess, SymmetricOrbit):
-        guess = of_symmetric(guess)
     if isinstance(guess, State):
         guess = _run_from(system, guess, sequence)
     if isinstance(guess, Orbit):
@@ -150,7 +147,7 @@ def impact_of(name: str, given: Any) -> Stop:
 def _checked(guess: Any) -> Guess:
     """A guess as arrays of finite numbers, with positive times."""
     if not isinstance(guess, Guess):
-        raise refusal("guess", guess, "an Orbit, SymmetricOrbit, Run, State or Guess")
+        raise refusal("guess", guess, "an Orbit, Run, State or Guess")
     states, durations = guess
     whole = Guess(numbers("guess.states", states), numbers("guess.durations", durations))
     if whole.states.ndim != 2 or not whole.states.size:
@@ -193,28 +190,17 @@ def _from_orbit(
     return solve(system, signature, unfolded(guess))
 
 
-def of_symmetric(orbit: SymmetricOrbit) -> Orbit:
-    """Closed-form orbit of the damper as an :class:`Orbit`."""
-    s = orbit.state
-    states = np.array([[*s.position, *s.velocity, s.phase]])
-    durations = np.array([math.pi / orbit.damper.omega])
-    return solve(
-        orbit.damper, Signature((Stop(0, 1), Stop(0, -1)), 1, True), Guess(states, durations)
-    )
-
-
 def converged(orbit: Any) -> Orbit:
-    """Return a converged orbit for a map or a branch; a closed form is solved numerically.
+    """Return an orbit for a map or a branch if it is converged.
 
     Raises
     ------
     InvalidParameterError
         Something else, or an orbit that is not converged.
     """
-    start = of_symmetric(orbit) if isinstance(orbit, SymmetricOrbit) else orbit
-    if not isinstance(start, Orbit) or not start.converged:
+    if not isinstance(orbit, Orbit) or not orbit.converged:
         raise refusal("orbit", orbit, "a converged orbit, as find_orbit gives")
-    return start
+    return orbit
 
 
 def unfolded(orbit: Orbit) -> Guess:

@@ -21,7 +21,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eigvals
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.prescribed import Linearised, Prescribed
@@ -55,6 +54,8 @@ class Pencil(NamedTuple):
         """
         if not np.all(np.isfinite(self.a)):
             return np.full(self.finite, complex(np.nan, np.nan))
+        from scipy.linalg import eigvals
+
         alpha, beta = eigvals(self.a, self.b, homogeneous_eigvals=True)
         with np.errstate(divide="ignore", invalid="ignore"):  # infinite; NaN of a singular pencil
             nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))

@@ -89,6 +89,11 @@ def rows_of(problem: OrbitProblem, sizes: Floats) -> Floats:
     return rows
 
 
+def residual_of(problem: OrbitProblem, z: Floats) -> float:
+    """Largest residual of an equation, relative to the size of its terms."""
+    return float(np.abs(problem.residual(z, 0.0) / rows_of(problem, scale_of(problem, z))).max())
+
+
 def guard_sizes(problem: OrbitProblem, sizes: Floats, ends: Sequence[End] | None = None) -> Floats:
     """Size of the changes of the guard at each end, by default those of the segments, shape (m,)."""
     compiled, n = _compiled(problem), problem.mechanism.degrees

@@ -34,7 +34,6 @@ import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.progress import ProgressOption, Reporter, counting
-from vibroimpact.closed_forms.by_machine import symmetric_orbits_of
 from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import DRIFTS, closing_loop
@@ -42,7 +41,6 @@ from vibroimpact.orbits.find import (
     SAME,
     Guess,
     mirror_distance,
-    of_symmetric,
     primitive,
     rolled,
     solve,
@@ -55,6 +53,7 @@ from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
 from vibroimpact.orbits.starts import Starts, starts_of
 from vibroimpact.orbits.starts_between import StartsBetween, starts_between
+from vibroimpact.orbits.symmetric_damper import known_orbits
 from vibroimpact.simulation.simulate import COUNTED, ENDS_QUIETLY, Run, RunEnd, Status, simulate
 
 CHANGES = (Status.CHANGE, Status.NON_UNIQUE)
@@ -171,8 +170,8 @@ class _Sweep:
     def try_closed_forms(self) -> None:
         """Add the symmetric orbits that have closed forms, admissible or not."""
         if self.impacts >= 2:  # at A and at B
-            for closed in symmetric_orbits_of(self.system):
-                self._enter(of_symmetric(closed))
+            for closed in known_orbits(self.system):
+                self._enter(closed)
 
     def try_motion(self, rng: np.random.Generator, number: int) -> None:
         """Simulate from a random start and try all loops."""

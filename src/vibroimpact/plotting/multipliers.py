@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import cycle
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -17,26 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact._core.checks import check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.units import Units, units_of
-from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.plotting import style
 
 STRONG = (1, 2, 3, 4)  # orders q of the strong resonances exp(2 pi i p / q)
 MARKS = "sx^v+"  # distinguishable where they lie on each other
 COLOURS = "cividis"  # even in lightness for every reader
-
-
-class Orbit(Protocol):
-    """An orbit with its multipliers."""
-
-    @property
-    def multipliers(self) -> NDArray[np.complex128]:
-        """lambda, shape (n_multiplier,)."""
-        ...
-
-    @property
-    def half_multipliers(self) -> NDArray[np.complex128]:
-        """nu, shape (n_multiplier,)."""
-        ...
 
 
 def plot_multipliers(
@@ -66,7 +52,7 @@ def plot_multipliers(
         The Axes drawn on. Small circles on the unit circle are the strong resonances 1:1 to 1:4.
     """
     values, along = _values(path, None if labels else omega, half)
-    units = units_of(*(_system_of(one) for one in cast(Any, path) if omega is None))
+    units = units_of(*(getattr(one, "system", None) for one in cast(Any, path) if omega is None))
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         unit_circle(ax)
         if labels is None:
@@ -89,14 +75,14 @@ def _values(
     if not isinstance(path, Sequence | np.ndarray) or isinstance(path, str):
         raise refusal("path", path, "orbits, or their multipliers")
     items: list[Any] = list(path)
-    if items and all(hasattr(o, "half_multipliers") for o in items):
+    if items and all(isinstance(o, Orbit) for o in items):
         found = [o.half_multipliers if half else o.multipliers for o in items]
         if any(one is None for one in found):
             raise InvalidParameterError(
                 "half = True: an orbit that is not symmetric has no half map. Take half=False."
             )
         values = np.array(found)
-        omega = [_omega_of(o) for o in items] if omega is None else omega
+        omega = [o.mechanism.omega for o in items] if omega is None else omega
     else:
         values = _complex("path", items)
     colours = None if omega is None else numbers("omega", omega)
@@ -105,15 +91,6 @@ def _values(
             f"path has shape {values.shape}: must be (n_omega, n_multiplier), omega (n_omega,)."
         )
     return values, colours
-
-
-def _omega_of(orbit: Any) -> float:
-    return mechanism_of(_system_of(orbit)).omega
-
-
-def _system_of(orbit: Any) -> Any:
-    """System of an orbit; None for a row of multipliers."""
-    return getattr(orbit, "damper", None) or getattr(orbit, "system", None)
 
 
 def _complex(name: str, items: list[Any]) -> NDArray[np.complex128]:

@@ -11,7 +11,7 @@ from vibroimpact._core.checks import check_choice, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import scales_or_ones
-from vibroimpact.measures.flights import dual
+from vibroimpact.measures.flights import derivative, jet
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded, parameter_value, with_parameter, with_values
 from vibroimpact.model.system import System, mechanism_of
@@ -89,11 +89,10 @@ def is_frequency(system: System, parameter: str) -> bool:
         return False
     value, varied = parameter_value(system, parameter), expanded(system, parameter)
     for force in varied.forces:
-        omega, by = map(float, dual(force.omega))
+        omega, by = jet(force.omega).coefficients[:2]
         if abs(by * value - omega) > FACTOR * omega:
             return False
-    first = float(dual(varied.omega).by)
-    return abs(first - 1.0) <= FACTOR
+    return abs(derivative(jet(varied.omega)) - 1.0) <= FACTOR
 
 
 def _check_frequency(system: System, parameter: str, unit: str) -> None:

@@ -33,7 +33,6 @@ from numpy.typing import ArrayLike
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.rotation import weighted_average
-from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.state import State
 from vibroimpact.normal_forms import NeimarkSacker
@@ -41,6 +40,7 @@ from vibroimpact.simulation.simulate import RunEnd
 from vibroimpact.simulation.simulator import Simulator
 from vibroimpact_papers.impact_damper.normal_forms import CriticalPoint
 from vibroimpact_papers.impact_damper.plan import Plan
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import nus_of, orbits_by_sign
 
 LARGEST = 0.1
 """Largest predicted radius, as a share of the radius at which a term that the normal form removes
@@ -189,9 +189,9 @@ def _on_prediction(point: CriticalPoint, dp: float, plan: Plan) -> Circle:
 
 def _from_inside(point: CriticalPoint, dp: float, plan: Plan) -> Circle:
     push = DISTURBED * float(point.form.amplitude(dp)[-1])
-    orbit = next(o for o in symmetric_orbits(_damper(point, dp))
-                 if o.sign == point.bifurcation.sign)  # fmt: skip
-    motion = Simulator(orbit.damper, orbit.state.perturbed(push))
+    damper = _damper(point, dp)
+    orbit = orbits_by_sign(damper)[point.bifurcation.sign]
+    motion = Simulator(damper, orbit.state.perturbed(push))
     return _settled("fixed point", point, dp, motion, FROM_INSIDE + plan.circle_settle, plan)
 
 
@@ -300,7 +300,7 @@ def _waiting(point: CriticalPoint, dp: float) -> float:
 
 
 def _damper(point: CriticalPoint, dp: float) -> ImpactDamper:
-    return replace(point.bifurcation.orbit.damper, omega=point.omega + dp)
+    return replace(point.bifurcation.damper, omega=point.omega + dp)
 
 
 def _state(point: CriticalPoint, dp: float, z: float) -> State:
@@ -313,7 +313,6 @@ def _state(point: CriticalPoint, dp: float, z: float) -> State:
 
 def _angle_at(point: CriticalPoint, dp: float) -> float:
     """Return arg(nu) of the fixed point at a distance, in (0, pi)."""
-    orbits = symmetric_orbits(_damper(point, dp))
-    nus = next(o for o in orbits if o.sign == point.bifurcation.sign).half_multipliers
+    nus = nus_of(orbits_by_sign(_damper(point, dp))[point.bifurcation.sign])
     upper = nus[nus.imag > 0.0]
     return float(np.angle(upper[np.argmin(np.abs(upper - point.form.multiplier))]))

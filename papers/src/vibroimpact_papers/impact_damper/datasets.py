@@ -14,13 +14,17 @@ import numpy as np
 import xarray as xr
 
 from vibroimpact import _kernel
-from vibroimpact.closed_forms.bifurcations import RESONANCE_ORDER, Bifurcation
-from vibroimpact.closed_forms.symmetric_orbits import symmetric_orbits
+from vibroimpact.orbits.symmetric_damper import symmetric_orbits
 from vibroimpact.simulation.simulate import Run
 from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.circles import Measured
 from vibroimpact_papers.impact_damper.panel_results import Followed, PanelResult
 from vibroimpact_papers.impact_damper.plan import Plan, damper_of
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
+    RESONANCE_ORDER,
+    Bifurcation,
+    nus_of,
+)
 
 SECTION = ("x1", "v1", "v2", "theta")  # coordinates of the half map
 CIRCLE_POINTS = 600  # of a simulated circle kept for a picture
@@ -97,9 +101,8 @@ def multiplier_data(chosen: ParameterSet, plan: Plan) -> xr.Dataset:
     nu = np.full((2, omega.size, 4), np.nan, dtype=complex)
     admissible = np.zeros((2, omega.size), dtype=np.int8)
     for j, w in enumerate(omega):
-        for orbit in symmetric_orbits(damper_of(chosen, float(w))):
-            i = 0 if orbit.sign > 0 else 1
-            nu[i, j], admissible[i, j] = orbit.half_multipliers, orbit.admissible
+        for i, orbit in enumerate(symmetric_orbits(damper_of(chosen, float(w)))):
+            nu[i, j], admissible[i, j] = nus_of(orbit), orbit.admissible
     dims = ("sign", "omega", "multiplier")
     return xr.Dataset(
         {

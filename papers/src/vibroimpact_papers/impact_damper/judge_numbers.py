@@ -13,9 +13,8 @@ import math
 
 import numpy as np
 
-from vibroimpact.closed_forms.bifurcations import Bifurcation
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit
 from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper.judged import (
@@ -29,6 +28,7 @@ from vibroimpact_papers.impact_damper.judged import (
     rule_result,
 )
 from vibroimpact_papers.impact_damper.misprint_residuals import Letters
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 
 EXACT = 1e-3  # the paper's own "lambda^4 = 1" misses by 1.5e-4
 ROUNDING = 1e-10  # for identities between closed forms
@@ -53,9 +53,9 @@ def flight_time(claim: Claim, evidence: Evidence) -> RuleResult:
     """Simulate the symmetric orbits and compare the two flight times with pi / omega."""
     ratios = []
     for name, points in evidence.bifurcations.items():
-        for orbit in (o for b in points for o in evidence.orbits(name, b.omega)):
-            times = simulate(orbit.damper, orbit.state, impacts=2).time
-            ratios += list(np.diff([0.0, *times]) * orbit.damper.omega / math.pi)
+        for orbit in (o for b in points for o in evidence.orbits(name, b.omega).values()):
+            times = simulate(orbit.system, orbit.state, impacts=2).time
+            ratios += list(np.diff([0.0, *times]) * orbit.mechanism.omega / math.pi)
     error = max(abs(r - number(claim, "ratio")) for r in ratios)
     return rule_result(
         error <= ROUNDING,
@@ -126,7 +126,7 @@ def crossing_direction(claim: Claim, evidence: Evidence) -> RuleResult:
 def multipliers(claim: Claim, evidence: Evidence) -> RuleResult:
     """Compare the printed pair with the pairs of the orbits there, and with (1)."""
     omega = number(claim, "omega")
-    computed = [_pair(o, claim.printed["pair"]) for o in evidence.orbits(claim.set, omega)]
+    computed = [_pair(o, claim.printed["pair"]) for o in evidence.orbits(claim.set, omega).values()]
     digits = [half_unit(d) for d in numbers(claim, "decimals")]
     value = np.array([number(claim, "real"), number(claim, "imaginary")])
     holds = any(np.all(np.abs([z.real, abs(z.imag)] - value) <= digits) for z in computed)
@@ -268,7 +268,7 @@ def _no_point(claim: Claim) -> RuleResult:
     )
 
 
-def _pair(orbit: SymmetricOrbit, pair: object) -> complex:
+def _pair(orbit: Orbit, pair: object) -> complex:
     """Return the outer pair "12" or the inner pair "34", from the upper half plane."""
     z = orbit.multipliers[0 if pair == "12" else 2]
     return complex(z.real, abs(z.imag))

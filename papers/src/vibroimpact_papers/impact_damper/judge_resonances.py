@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint
-from vibroimpact.normal_forms.strong_resonance import OneToFour
+from vibroimpact.normal_forms import CodimensionTwo
 from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper.judged import (
     Evidence,
@@ -88,10 +88,11 @@ def born_at_resonance(claim: Claim, evidence: Evidence) -> RuleResult:
 
 def _quarter_points(
     found: Mapping[str, Resonances],
-) -> list[tuple[str, CodimensionTwoPoint, OneToFour]]:
+) -> list[tuple[str, CodimensionTwoPoint, CodimensionTwo]]:
     """Return every 1:4 of the half map with its set and its normal form."""
-    every = ((name, p, p.normal_form) for name, one in found.items() for p in one.strong)
-    return [(name, p, form) for name, p, form in every if isinstance(form, OneToFour)]
+    quarter = ((name, p) for name, one in found.items() for p in one.strong if p.kind == "R4")
+    every = ((name, p, p.normal_form) for name, p in quarter)
+    return [(name, p, form) for name, p, form in every if isinstance(form, CodimensionTwo)]
 
 
 def comparison(_: Claim, evidence: Evidence) -> RuleResult:

@@ -7,22 +7,22 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.closed_forms.bifurcations import Bifurcation
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact_papers.impact_damper import Claim, ParameterSet
 from vibroimpact_papers.impact_damper.circles import Measured
 from vibroimpact_papers.impact_damper.families import Family
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.plan import BRANCH, damper_of
 from vibroimpact_papers.impact_damper.resonances import Resonances
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation, orbits_by_sign
 from vibroimpact_papers.report import Word
 
 
 @lru_cache(maxsize=4096)
-def all_orbits(damper: ImpactDamper) -> tuple[SymmetricOrbit, ...]:
-    """Return the symmetric orbits of a damper; several claims use the same ones."""
-    return symmetric_orbits(damper)
+def all_orbits(damper: ImpactDamper) -> dict[int, Orbit]:
+    """Return the symmetric orbits of a damper by sign; several claims use the same ones."""
+    return orbits_by_sign(damper)
 
 
 @dataclass(frozen=True)
@@ -55,14 +55,14 @@ class Evidence:
     resonances: Mapping[str, Resonances] = field(default_factory=dict)
     families: Mapping[str, Family] = field(default_factory=dict)
 
-    def orbits(self, name: str, omega: float) -> tuple[SymmetricOrbit, ...]:
-        """Return the symmetric orbits of a set that are motions of the damper."""
+    def orbits(self, name: str, omega: float) -> dict[int, Orbit]:
+        """Return the symmetric orbits of a set that are motions of the damper, by sign."""
         found = all_orbits(self.damper(name, omega))
-        return tuple(orbit for orbit in found if orbit.admissible)
+        return {sign: orbit for sign, orbit in found.items() if orbit.admissible}
 
-    def branch(self, name: str, omega: float) -> SymmetricOrbit | None:
+    def branch(self, name: str, omega: float) -> Orbit | None:
         """Return the orbit of the paper's branch."""
-        return next((o for o in self.orbits(name, omega) if o.sign == BRANCH), None)
+        return self.orbits(name, omega).get(BRANCH)
 
     def damper(self, name: str, omega: float) -> ImpactDamper:
         """Return the damper of a set."""

@@ -18,6 +18,7 @@ import numpy as np
 
 import vibroimpact as vi
 from vibroimpact._core.types import Floats
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import orbits_by_sign
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,21 +26,21 @@ class Case:
     """A damper with one of its symmetric 1-1-1 orbits: where a formula is evaluated."""
 
     damper: vi.ImpactDamper
-    orbit: vi.SymmetricOrbit
+    sign: int
+    orbit: vi.Orbit
 
     @classmethod
     def of(cls, damper: vi.ImpactDamper, sign: int = 1) -> Case:
         """Take the orbit with the given sign in (14)."""
-        orbits = {orbit.sign: orbit for orbit in vi.symmetric_orbits(damper)}
-        return cls(damper, orbits[sign])
+        return cls(damper, sign, orbits_by_sign(damper)[sign])
 
     def at_omega(self, omega: float) -> Case:
         """Return the orbit with the same sign at another frequency."""
-        return Case.of(dataclasses.replace(self.damper, omega=omega), self.orbit.sign)
+        return Case.of(dataclasses.replace(self.damper, omega=omega), self.sign)
 
     def other_sign(self) -> Case:
         """Return the other orbit of the same damper."""
-        return Case.of(self.damper, -self.orbit.sign)
+        return Case.of(self.damper, -self.sign)
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,14 +239,14 @@ def contact(p: Letters, cos_tau: float, sin_tau: float) -> float:
 def contact_printed(case: Case) -> float:
     """Contact with tau_0 = arccos of (14)."""
     p = Letters.of(case)
-    cos_tau = p.cos_tau(case.orbit.sign)
+    cos_tau = p.cos_tau(case.sign)
     return contact(p, cos_tau, math.sin(math.acos(cos_tau)))
 
 
 def contact_corrected(case: Case) -> float:
     """Return the distance between the orbit's phase and tau_0 by atan2, on the circle."""
     p = Letters.of(case)
-    cos_tau = p.cos_tau(case.orbit.sign)
+    cos_tau = p.cos_tau(case.sign)
     tau = math.atan2(cos_tau / p.h - p.q, cos_tau)
     return abs(math.remainder(tau - p.tau, 2 * math.pi))
 

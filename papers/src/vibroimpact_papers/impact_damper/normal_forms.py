@@ -33,13 +33,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.closed_forms.bifurcations import Bifurcation
 from vibroimpact.normal_forms import CentreManifold, Multilinear, NeimarkSacker
 from vibroimpact.normal_forms.centre_manifold import centre_manifold
 from vibroimpact.normal_forms.forms import jacobian
 from vibroimpact.normal_forms.neimark_sacker import neimark_sacker
-from vibroimpact.orbits.find import of_symmetric
 from vibroimpact.orbits.maps import SegmentMap, full_map, half_map
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 
 PHASES = 72  # of k1, at which f1 as printed is evaluated: every five degrees
 
@@ -157,7 +156,7 @@ def critical_points(name: str, bifurcations: Sequence[Bifurcation]) -> list[Crit
 
 def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
     """Return the normal form at one Neimark-Sacker point. Cost: some 0.1 s."""
-    orbit = of_symmetric(bifurcation.orbit)
+    orbit = bifurcation.orbit
     half, full = half_map(orbit, "omega"), full_map(orbit)
     form = neimark_sacker(half)
     assert isinstance(form, NeimarkSacker), form.reason

@@ -12,12 +12,13 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.classify import Attractor, classify
 from vibroimpact.attractors.sweep_attractor import Step, carried, sweep_attractor
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.model.state import State
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.simulation.sections import impact_section
 from vibroimpact_papers.impact_damper import Panel, ParameterSet
 from vibroimpact_papers.impact_damper.measures import same_cloud
 from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, Sweep, damper_of
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import orbits_by_sign
 
 CLOSED = 1 / 500  # of the length of a curve: a wider gap between its points is visible
 MORE_POINTS = 64_000  # are then drawn
@@ -74,10 +75,10 @@ class PanelResult:
         return tuple(tuple(group) for group in groups)
 
 
-def branch_orbit(chosen: ParameterSet, omega: float) -> SymmetricOrbit | None:
+def branch_orbit(chosen: ParameterSet, omega: float) -> Orbit | None:
     """Return the orbit of the paper's branch, if it exists and is a motion of the damper."""
-    orbits = symmetric_orbits(damper_of(chosen, omega))
-    return next((o for o in orbits if o.sign == BRANCH and o.admissible), None)
+    orbit = orbits_by_sign(damper_of(chosen, omega)).get(BRANCH)
+    return orbit if orbit and orbit.admissible else None
 
 
 def follow_both_ways(chosen: ParameterSet, plan: Plan, omegas: tuple[float, ...]) -> Followed:

@@ -13,7 +13,6 @@ import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.progress import Display
-from vibroimpact.closed_forms.bifurcations import Bifurcation, symmetric_bifurcations
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact.tori.branch import CircleEvent
 from vibroimpact_papers.impact_damper import (
@@ -56,6 +55,10 @@ from vibroimpact_papers.impact_damper.spectra import spectrum_data
 from vibroimpact_papers.impact_damper.story import Pictures, Residual, page
 from vibroimpact_papers.impact_damper.story_circles import point_record
 from vibroimpact_papers.impact_damper.story_resonances import strong_record
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
+    Bifurcation,
+    symmetric_bifurcations,
+)
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors, survivors
 from vibroimpact_papers.impact_damper.unfolding import Unfolded, unfolded, unfolding_data
 from vibroimpact_papers.impact_damper.verdicts import Judgement, judge, score, to_json

@@ -23,14 +23,18 @@ from vibroimpact.bifurcations.store import curve_from_dataset
 from vibroimpact.bifurcations.tongue import Tongue, tongue
 from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.closed_forms.bifurcations import Bifurcation
-from vibroimpact.closed_forms.symmetric_orbits import SymmetricOrbit, symmetric_orbits
 from vibroimpact.continuation import Steps
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.sweeps.analyses.plane import plane
 from vibroimpact_papers.impact_damper import Claim, ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
 from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, damper_of
 from vibroimpact_papers.impact_damper.planes import REACH, START, frequencies
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
+    Bifurcation,
+    nus_of,
+    orbits_by_sign,
+)
 
 AXES = ("omega", "half_clearance")
 FOLLOWED = ("NS", "SN", "BP")
@@ -273,15 +277,15 @@ def nearest_by_angle(degrees: float) -> tuple[str, float]:
     return kind, away[kind]
 
 
-def orbit_at(chosen: ParameterSet, omega: float, clearance: float) -> SymmetricOrbit:
+def orbit_at(chosen: ParameterSet, omega: float, clearance: float) -> Orbit:
     """Return the orbit of the paper's branch at a point of the plane."""
     damper = replace(damper_of(chosen, omega), half_clearance=clearance)
-    return next(o for o in symmetric_orbits(damper) if o.sign == BRANCH)
+    return orbits_by_sign(damper)[BRANCH]
 
 
-def half_angle(orbit: SymmetricOrbit) -> float:
+def half_angle(orbit: Orbit) -> float:
     """Return the angle of the outermost complex pair of nu, in degrees; NaN without a pair."""
-    upper = [complex(v) for v in orbit.half_multipliers if v.imag > 0.0]
+    upper = [complex(v) for v in nus_of(orbit) if v.imag > 0.0]
     return math.degrees(np.angle(max(upper, key=abs))) if upper else math.nan
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibroimpact import _kernel
-from vibroimpact.closed_forms.bifurcations import Bifurcation
 from vibroimpact_papers.impact_damper import TITLE as PAPER
 from vibroimpact_papers.impact_damper.datasets import nearest_resonance
 from vibroimpact_papers.impact_damper.judge_motions import numbers_of
@@ -17,6 +16,7 @@ from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.story_circles import circle_blocks
 from vibroimpact_papers.impact_damper.story_ensembles import ensemble_blocks
 from vibroimpact_papers.impact_damper.story_resonances import strong_blocks
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors
 from vibroimpact_papers.impact_damper.verdicts import Judgement, plain, score
 from vibroimpact_papers.report import Figure, Page, Section, Table, Text, Verdict, Word

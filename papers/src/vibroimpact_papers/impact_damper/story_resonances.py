@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint
-from vibroimpact.normal_forms.strong_resonance import OneToOne
+from vibroimpact.normal_forms import Refusal
 from vibroimpact.tori.circle import Circle
 from vibroimpact_papers.impact_damper.resonances import ANGLES, Distance, Resonances
 from vibroimpact_papers.impact_damper.unfolding import Unfolded, stride
@@ -127,7 +127,7 @@ def _points(found: Findings) -> Table:
 def coefficient(p: CodimensionTwoPoint) -> tuple[str, str]:
     """Return the invariant coefficient of a strong resonance, and its modulus."""
     form = p.normal_form
-    if isinstance(form, OneToOne):
+    if p.kind == "R1" and not isinstance(form, Refusal):
         return f"{form.a:.6f}, {form.b:.6f}", "\u2013"
     scaled = getattr(form, "scaled", None)
     if isinstance(scaled, complex) and p.kind == "R3":  # its imaginary part is not invariant
@@ -235,7 +235,7 @@ def _around_three(flow: ThreeFlow) -> str:
 
 def _around_four(one: Unfolded, flow: FourFlow) -> str:
     said = f"|A| = {abs(flow.form.scaled):.4f}." + _rings("four")
-    if not flow.form.folds_exist:
+    if not flow.form.switchable:
         return (
             f"{said}|A| < 1: no folds. A saddle of four half periods bounds what is attracted, on "
             "all sides of the point; far from the Neimark-Sacker curve nothing near it attracts, "

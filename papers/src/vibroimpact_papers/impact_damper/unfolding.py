@@ -18,20 +18,17 @@ import xarray as xr
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
 from vibroimpact.bifurcations.switch_curve import switch_curve
-from vibroimpact.closed_forms.symmetric_orbits import (
-    SymmetricOrbit,
-    half_map_jacobian,
-    on_circle,
-    symmetric_orbits,
-)
 from vibroimpact.continuation import Steps
-from vibroimpact.normal_forms.strong_resonance import OneToFour, StrongResonance
+from vibroimpact.normal_forms import CodimensionTwo
 from vibroimpact.orbits.find import find_orbit
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.symmetric_damper import on_circle, symmetric_orbits
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
 from vibroimpact_papers.impact_damper.plan import Plan, damper_of
 from vibroimpact_papers.impact_damper.resonances import AXES, orbit_at
+from vibroimpact_papers.impact_damper.symmetric_bifurcations import half_map_jacobian, nus_of
 from vibroimpact_papers.impact_damper.unfolding_flows import (
     SHARES,
     DoubleFlow,
@@ -87,12 +84,12 @@ class Unfolded:
 def unfolded(chosen: ParameterSet, point: CodimensionTwoPoint) -> Unfolded:
     """Return the portraits around a point. Cost: some seconds."""
     form = point.normal_form
-    assert isinstance(form, StrongResonance)
+    assert isinstance(form, CodimensionTwo)
     flow = flow_at(form)
     start = [point.parameters[name] for name in AXES]
     made = tuple(_sector(chosen, start, flow, place) for place in flow.places())
     born: tuple[Floats, ...] = ()
-    if isinstance(form, OneToFour) and form.folds_exist:
+    if form.kind == "R4" and form.switchable:
         w, h = (BEYOND_WINDOW * half for half in reach(start, made))
         bounds = (start[0] - w, start[0] + w), (start[1] - h, start[1] + h)
         switched = switch_curve(point, bounds, steps=FOLDS)
@@ -128,20 +125,20 @@ def parameters_at(
 
 def mu_at(chosen: ParameterSet, flow: Flow, omega: float, clearance: float) -> complex:
     """Return mu of the flow, reflected where there is no orbit."""
-    mu = flow.mu_of(orbit_of(chosen, flow, omega, clearance).half_multipliers)
+    mu = flow.mu_of(nus_of(orbit_of(chosen, flow, omega, clearance)))
     exists = not isinstance(flow, OneFlow) or clearance <= fold_at(chosen, omega)[0]
     return mu if exists else complex(-mu.real, mu.imag)
 
 
-def orbit_of(chosen: ParameterSet, flow: Flow, omega: float, clearance: float) -> SymmetricOrbit:
+def orbit_of(chosen: ParameterSet, flow: Flow, omega: float, clearance: float) -> Orbit:
     """Return the orbit whose multipliers give mu: at 1:1 that which is no saddle, reflected."""
     if not isinstance(flow, OneFlow):
         return orbit_at(chosen, omega, clearance)
     fold = fold_at(chosen, omega)[0]
     damper = replace(damper_of(chosen, omega), half_clearance=fold - abs(fold - clearance))
 
-    def saddle(orbit: SymmetricOrbit) -> float:
-        first, second = logarithms(orbit.half_multipliers, flow.root, 2)
+    def saddle(orbit: Orbit) -> float:
+        first, second = logarithms(nus_of(orbit), flow.root, 2)
         return -float((first * second).real)
 
     return min(symmetric_orbits(damper), key=saddle)
@@ -150,12 +147,12 @@ def orbit_of(chosen: ParameterSet, flow: Flow, omega: float, clearance: float) -
 def fold_at(chosen: ParameterSet, omega: float) -> tuple[float, HalfMap]:
     """Return the largest half_clearance with symmetric orbits, and H at the orbit there."""
     damper = damper_of(chosen, omega)
-    w, alpha, beta, compiled = on_circle(damper)
+    w, alpha, beta, _ = on_circle(damper)
     phase, fold = math.pi / 2.0 - math.atan2(beta, alpha), math.hypot(alpha, beta)
     x1, _, v1, v2 = (float(u) for u in w @ [math.sin(phase), math.cos(phase)])
     damper = replace(damper, half_clearance=fold)
     state = damper.on_stop("A", x1=x1, v1=v1, v2=v2, phase=phase % (2.0 * math.pi))
-    return fold, HalfMap.at(damper, state, half_map_jacobian(damper, compiled, state)[0])
+    return fold, HalfMap.at(damper, state, half_map_jacobian(damper, state)[0])
 
 
 def half_map(chosen: ParameterSet, flow: Flow, omega: float, clearance: float) -> HalfMap:
@@ -165,8 +162,9 @@ def half_map(chosen: ParameterSet, flow: Flow, omega: float, clearance: float) -
     around zero: the phase is that of the fold, the rest in proportion to half_clearance.
     """
     if not isinstance(flow, OneFlow):
-        orbit = orbit_at(chosen, omega, clearance)
-        return HalfMap.at(orbit.damper, orbit.state, orbit.half_jacobian)
+        damper = replace(damper_of(chosen, omega), half_clearance=clearance)
+        state = orbit_at(chosen, omega, clearance).state
+        return HalfMap.at(damper, state, half_map_jacobian(damper, state)[0])
     fold, there = fold_at(chosen, omega)
     share = clearance / fold
     damper = replace(there.damper, half_clearance=clearance)

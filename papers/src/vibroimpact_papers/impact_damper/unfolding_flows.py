@@ -46,14 +46,8 @@ import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.normal_forms.strong_resonance import (
-    CUBE_ROOT,
-    OneToFour,
-    OneToOne,
-    OneToThree,
-    OneToTwo,
-    StrongResonance,
-)
+from vibroimpact.normal_forms import CodimensionTwo, fold_directions, period_four
+from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT
 
 STABLE_BETWEEN = "stable, between the folds"
 SHARES = tuple(k / 8.0 for k in range(1, 9))  # of a line in the plane of mu
@@ -103,7 +97,7 @@ def smooth_pair(multipliers: Complexes, root: complex) -> tuple[float, float]:
 class FourFlow:
     """Flow (1)."""
 
-    form: OneToFour
+    form: CodimensionTwo
 
     order = 4
     root = 1j
@@ -134,7 +128,7 @@ class FourFlow:
 
     def periodic(self, mu: complex) -> Complexes:
         """Return the points of period four."""
-        return self.form.period_four(mu)
+        return period_four(self.form, mu)
 
     def torus(self) -> list[Complexes]:
         """Return mu along the Neimark-Sacker curve."""
@@ -143,11 +137,11 @@ class FourFlow:
     def lines(self) -> list[Line]:
         """Return the half-lines of folds."""
         words = "folds, predicted"
-        return [Line(words, along(self.size, d)) for d in self.form.fold_directions]
+        return [Line(words, along(self.size, d)) for d in fold_directions(self.form)]
 
     def places(self) -> list[Place]:
         """Return the sectors, from the stable side on with falling argument of mu."""
-        if not self.form.folds_exist:
+        if not fold_directions(self.form):
             named = [
                 ("fixed point stable", math.pi),
                 ("unstable, near the curve", 0.47 * math.pi),
@@ -155,7 +149,7 @@ class FourFlow:
                 ("unstable, near the curve", -0.47 * math.pi),
             ]
         else:
-            folds = [cmath.phase(d) for d in self.form.fold_directions]
+            folds = [cmath.phase(d) for d in fold_directions(self.form)]
             cuts = sorted([-math.pi / 2.0, math.pi / 2.0, *folds], reverse=True)
             ends = [cuts[-1] + 2.0 * math.pi, *cuts]
             middles = [(a + b) / 2.0 for a, b in pairwise(ends)]
@@ -178,7 +172,7 @@ class FourFlow:
 class ThreeFlow:
     """Flow (2)."""
 
-    form: OneToThree
+    form: CodimensionTwo
 
     order = 3
     root = CUBE_ROOT
@@ -189,7 +183,7 @@ class ThreeFlow:
     @property
     def unit(self) -> float:
         """Distance of the saddle of period three, to first order."""
-        return self.size / abs(self.form.b)
+        return float(self.size / abs(self.form.b))
 
     @property
     def duration(self) -> float:
@@ -203,12 +197,12 @@ class ThreeFlow:
     @property
     def quadratic(self) -> complex:
         """Return b'."""
-        return self.root.conjugate() * self.form.b
+        return complex(self.root.conjugate() * self.form.b)
 
     @property
     def cubic(self) -> complex:
         """Return c'."""
-        return self.root.conjugate() * self.form.c - abs(self.form.b) ** 2
+        return complex(self.root.conjugate() * self.form.c - abs(self.form.b) ** 2)
 
     def rate(self, mu: complex, z: Complexes) -> Complexes:
         """Return z'."""
@@ -232,7 +226,7 @@ class ThreeFlow:
 
     @property
     def _parabola(self) -> float:
-        return -self.cubic.real / (2.0 * abs(self.form.b) ** 2)
+        return float(-self.cubic.real / (2.0 * abs(self.form.b) ** 2))
 
     def torus(self) -> list[Complexes]:
         """Return mu along the Neimark-Sacker curve."""
@@ -262,7 +256,7 @@ class ThreeFlow:
 class TwoFlow:
     """Flow (6), with x = sqrt(size) Re z and x' = size Im z."""
 
-    form: OneToTwo
+    form: CodimensionTwo
 
     order = 2
     root = -1.0 + 0j
@@ -340,7 +334,7 @@ class TwoFlow:
 class OneFlow:
     """Flow (7), with x = sqrt(size) Re z and x' = size^(3/4) Im z."""
 
-    form: OneToOne
+    form: CodimensionTwo
 
     order = 1
     root = 1.0 + 0j
@@ -420,7 +414,7 @@ Flow = FourFlow | ThreeFlow | TwoFlow | OneFlow
 DoubleFlow = TwoFlow | OneFlow
 
 
-def flow_at(form: StrongResonance) -> Flow:
+def flow_at(form: CodimensionTwo) -> Flow:
     """Return the flow of a normal form.
 
     Raises
@@ -428,11 +422,11 @@ def flow_at(form: StrongResonance) -> Flow:
     InvalidParameterError
         Coefficients at 1:2 or 1:1 of other signs than (6) and (7) have.
     """
-    if isinstance(form, OneToFour):
+    if form.kind == "R4":
         return FourFlow(form)
-    if isinstance(form, OneToThree):
+    if form.kind == "R3":
         return ThreeFlow(form)
-    if isinstance(form, OneToTwo):
+    if form.kind == "R2":
         flow = TwoFlow(form)
         if max(flow.cubic) < 0.0:
             return flow

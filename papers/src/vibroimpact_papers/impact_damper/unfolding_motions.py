@@ -28,7 +28,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.state import State
-from vibroimpact.normal_forms.strong_resonance import OneToFour, OneToThree
+from vibroimpact.normal_forms import CodimensionTwo, on_pair_manifold
 from vibroimpact.simulation.simulate import Status
 from vibroimpact.simulation.simulator import Simulator
 from vibroimpact_papers.impact_damper.unfolding_flows import DoubleFlow, solved
@@ -88,10 +88,13 @@ class HalfMap:
 
 
 def iterated(
-    form: OneToFour | OneToThree, half: HalfMap, z: complex, every: int, count: int, limit: float
+    form: CodimensionTwo, half: HalfMap, z: complex, every: int, count: int, limit: float
 ) -> Complexes:
     """Return z of every so-many-th iterate from a start on the centre manifold; they end beyond a limit of |z|."""
-    kept = half.iterates(half.begin(form.points(np.array([z]))[0]), every * (count - 1))
+    kept = half.iterates(
+        half.begin(on_pair_manifold(np.array([z]), form.q, form.h20, form.h11)[0]),
+        every * (count - 1),
+    )
     return ended(np.append(z, coordinate_of(form, kept[every - 1 :: every])), count, limit)
 
 
@@ -104,7 +107,7 @@ def ended(z: Complexes, count: int, limit: float) -> Complexes:
     return padded
 
 
-def coordinate_of(form: OneToFour | OneToThree, x: Floats) -> Complexes:
+def coordinate_of(form: CodimensionTwo, x: Floats) -> Complexes:
     """Return z of displacements from the fixed point."""
     linear: Complexes = x @ form.p.conj()
     z = linear

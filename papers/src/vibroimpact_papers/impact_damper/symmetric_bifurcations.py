@@ -1,6 +1,6 @@
 """All bifurcations of the symmetric 1-1-1 branch of the impact damper in a range of omega.
 
-Method. With alpha sin theta + beta cos theta = delta (symmetric_orbits.py), orbits exist where
+Method. With alpha sin theta + beta cos theta = delta (orbits/symmetric_damper.py), orbits exist where
 r^2 = alpha^2 + beta^2 >= delta^2, and the folds are the zeros of r^2 - delta^2, an analytic
 function of omega. Between folds both signs of (14) are one smooth curve once the square root is
 removed:
@@ -14,38 +14,42 @@ where cos(theta + lead) = +-sqrt(1 - delta^2 / r^2) changes sign with s. Along s
 
 are analytic: w is the closing speed, which removes the pole of the saltation matrix (a rank-one
 term, so at most of order one in the determinant and three in the product of pairs). Each is
-expanded in Chebyshev polynomials until the series has fallen to rounding (chebyshev.py); all zeros
-of every piece are then found at once, so that two bifurcations within any step are both found. What
-is assumed: the functions are analytic on the interval, as they are for zeta > 0 and wherever w does
-not vanish identically, and no zero hides below 1e-10 of a function's size. Zeros are then polished
-on the test function itself to rounding.
+expanded in Chebyshev polynomials, on an interval that is halved until the series on each piece has
+fallen to rounding; all zeros of every piece are then found at once, so that two bifurcations within
+any step are both found. What is assumed: the functions are analytic on the interval, as they are
+for zeta > 0 and wherever w does not vanish identically, and no zero hides below 1e-10 of a
+function's size. Zeros are then polished on the test function itself to rounding.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.polynomial import chebyshev as series
 
-from vibroimpact._core.chebyshev import bracketed_zero, pieces, real_zeros
+from vibroimpact._core.chebyshev import RESOLVED, fitted, nodes, real_zeros
 from vibroimpact._core.checks import check_kind, ends_of, positive
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
-from vibroimpact.closed_forms.symmetric_orbits import (
-    SymmetricOrbit,
-    half_map_jacobian,
-    on_circle,
-    symmetric_orbits,
-)
+from vibroimpact._core.types import Complexes, Floats
+from vibroimpact.compile.hybrid import compile_mechanism
 from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.model.state import State
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.symmetric_damper import ONLY_CONTACT, STOP_B, on_circle, symmetric_orbits
 
 RESONANCE_ORDER = 12  # resonances p/q up to this q are named
+POINTS = 33  # samples per piece
+DEEPEST = 30  # halvings of the interval before it is called unresolved
 UNIT = 1e-6  # |nu| this close to 1: the pair with product 1 lies on the unit circle
+
+
+class UnresolvedError(ArithmeticError):
+    """The function is not analytic enough on this interval; ``args`` holds its ends."""
 
 
 @dataclass(frozen=True)
@@ -66,8 +70,9 @@ class Bifurcation:
     crossing
         "leaves" or "enters": direction in which the critical nu crosses the unit circle as omega
         increases; empty at a fold.
-    orbit
-        The orbit at the point; the bifurcation is one of the damper if this is ``admissible``.
+    damper, orbit
+        The system and the orbit at the point; the bifurcation is one of the damper if the orbit is
+        ``admissible``.
     """
 
     kind: str
@@ -75,7 +80,8 @@ class Bifurcation:
     sign: int
     half_multiplier: complex
     crossing: str
-    orbit: SymmetricOrbit
+    damper: ImpactDamper
+    orbit: Orbit
 
     @property
     def multiplier(self) -> complex:
@@ -119,6 +125,48 @@ class Bifurcation:
         )
 
 
+def orbits_by_sign(damper: ImpactDamper) -> dict[int, Orbit]:
+    """Return the symmetric orbits by their sign in (14)."""
+    return dict(zip((1, -1), symmetric_orbits(damper), strict=False))
+
+
+def nus_of(orbit: Orbit) -> Complexes:
+    """Return the multipliers nu of the half map of a symmetric orbit."""
+    assert orbit.half_multipliers is not None
+    return orbit.half_multipliers
+
+
+def half_map_jacobian(damper: ImpactDamper, state: State) -> tuple[Floats, float]:
+    """DH at a symmetric orbit in (v1+, x1, v2+, theta), and the closing speed of its impacts.
+
+    The flow over pi / omega, then the saltation of the impact: the moment of contact moves by
+    dt = -du / u', and with it everything else (theory.md, "Saltation"). Valid for orbits that
+    are not admissible too.
+    """
+    compiled = compile_mechanism(damper.mechanism)
+    n, t, omega = 2, math.pi / damper.omega, damper.omega
+    theta = state.phase
+    flow = compiled.kernel.flow_matrix(t)
+    tangent = np.zeros((2 * n, 4))  # d(x1, x2, v1, v2) by (v1, x1, v2, theta)
+    tangent[[0, 1], 1] = 1.0
+    tangent[2, 0] = tangent[3, 2] = 1.0
+    arrived = flow[:, : 2 * n] @ tangent
+    arrived[:, 3] += flow[:, 2 * n :] @ [math.cos(theta), -math.sin(theta)]
+    start = np.concatenate([state.position, state.velocity])
+    before = flow @ np.concatenate([start, [math.sin(theta), math.cos(theta)]])
+    acceleration = compiled.kernel.acceleration(
+        list(before[:n]), list(before[n:]), [theta + math.pi]
+    )
+    row = np.array(compiled.mechanism.rigid_stops[0].row)
+    closing = float(row @ before[n:])
+    shift = -(row @ arrived[:n]) / closing  # dt by each direction
+    place = arrived[:n] + np.outer(before[n:], shift)
+    speed = arrived[n:] + np.outer(acceleration, shift)
+    after = compiled.kernel.impact_matrix(ONLY_CONTACT, STOP_B) @ speed
+    phase = np.array([0.0, 0.0, 0.0, 1.0]) + omega * shift
+    return np.stack([-after[0], -place[0], -after[1], phase]), -closing
+
+
 def excess(damper: ImpactDamper, omega: float) -> float:
     """r^2 / delta^2 - 1: positive where the two orbits exist, zero at folds."""
     _, alpha, beta, _ = on_circle(replace(damper, omega=omega))
@@ -128,13 +176,13 @@ def excess(damper: ImpactDamper, omega: float) -> float:
 def _test_functions(damper: ImpactDamper, omega: float, upper: bool) -> Floats:
     """(symmetry breaking, Neimark-Sacker) on one half of the curve cos(theta + lead) = +-sqrt."""
     here = replace(damper, omega=omega)
-    w, alpha, beta, compiled = on_circle(here)
+    w, alpha, beta, _ = on_circle(here)
     ratio = min(1.0, here.half_clearance / math.hypot(alpha, beta))
     rise = math.asin(ratio)
     theta = (rise if upper else math.pi - rise) - math.atan2(beta, alpha)
     x1, _, v1, v2 = (float(z) for z in w @ [math.sin(theta), math.cos(theta)])
     state = here.on_stop("A", x1=x1, v1=v1, v2=v2, phase=theta % (2.0 * math.pi))
-    jacobian, closing = half_map_jacobian(here, compiled, state)
+    jacobian, closing = half_map_jacobian(here, state)
     nus = np.linalg.eigvals(jacobian)
     i, j = np.triu_indices(4, 1)
     pairs = float(np.real(np.prod(1.0 - nus[i] * nus[j])))
@@ -182,6 +230,27 @@ def _charts_between(a: float, b: float, fold_a: bool, fold_b: bool) -> list[_Cha
     return [_Chart(a, b, float, lambda _: True), _Chart(a, b, float, lambda _: False)]
 
 
+def pieces(
+    f: Callable[[float], Floats], low: float, high: float
+) -> Iterator[tuple[float, float, Floats]]:
+    """Resolved pieces (low, high, coefficients of shape (POINTS, k)) from left to right."""
+    stack = [(low, high, 0)]
+    points = nodes(POINTS)
+    while stack:
+        a, b, depth = stack.pop()
+        values = np.array([f((a + b) / 2 + (b - a) / 2 * x) for x in points])
+        coefficients = fitted(values)
+        scale = np.abs(coefficients).max(axis=0)
+        tail = np.abs(coefficients[-4:]).max(axis=0)
+        if np.all(tail <= RESOLVED * scale):
+            yield a, b, coefficients
+        elif depth == DEEPEST:
+            raise UnresolvedError(a, b)
+        else:
+            middle = (a + b) / 2
+            stack += [(middle, b, depth + 1), (a, middle, depth + 1)]
+
+
 def _polished(f: Callable[[float], float], a: float, b: float, zeros: Floats) -> list[float]:
     """Zeros (in [-1, 1]) of a piece's series, moved to the changes of sign of f itself."""
     found: list[float] = []
@@ -198,6 +267,22 @@ def _polished(f: Callable[[float], float], a: float, b: float, zeros: Floats) ->
         if not found or abs(at - found[-1]) > 1e-12 * (b - a):
             found.append(at)
     return found
+
+
+def bracketed_zero(f: Callable[[float], float], low: float, high: float) -> float:
+    """The zero of f, continuous with a change of sign, to the last bits (bisection)."""
+    at_low = f(low)
+    while True:
+        middle = low + (high - low) / 2
+        if middle in (low, high):
+            return middle
+        at_middle = f(middle)
+        if at_middle == 0.0:
+            return middle
+        if (at_middle > 0.0) == (at_low > 0.0):
+            low = middle
+        else:
+            high = middle
 
 
 def symmetric_bifurcations(
@@ -233,7 +318,7 @@ def symmetric_bifurcations(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.0)
-    >>> [point.kind for point in vi.symmetric_bifurcations(damper, (1.0, 1.02))]
+    >>> [point.kind for point in symmetric_bifurcations(damper, (1.0, 1.02))]
     ['NS']
     """
     check_kind("damper", damper, ImpactDamper, "an ImpactDamper")
@@ -256,9 +341,9 @@ def _fold(damper: ImpactDamper, omega: float) -> Bifurcation:
     for step in range(64):
         for side in (1.0, -1.0):
             near = omega * (1.0 + side * step * 2.0**-52)
-            orbits = symmetric_orbits(replace(damper, omega=near))
-            if orbits:
-                return Bifurcation("SN", omega, 0, 1.0 + 0.0j, "", orbits[0])
+            there = replace(damper, omega=near)
+            for orbit in symmetric_orbits(there):
+                return Bifurcation("SN", omega, 0, 1.0 + 0.0j, "", there, orbit)
     raise ArithmeticError(f"no orbit next to the fold at omega = {omega}")
 
 
@@ -302,22 +387,22 @@ def _identify(
 ) -> Bifurcation | None:
     """Bifurcation at a zero of test function k; None for a pair nu, 1/nu off the circle."""
     omega = chart.omega(s)
-    orbits = symmetric_orbits(replace(damper, omega=omega))
-    values = [_nearest(orbit, k) for orbit in orbits]
-    sizes = [size for size, _, _ in values]
-    orbit = orbits[int(np.argmin(sizes))]
-    _, nu, rest = values[int(np.argmin(sizes))]
+    there = replace(damper, omega=omega)
+    orbits = orbits_by_sign(there)
+    nearest = {sign: _nearest(orbit, k) for sign, orbit in orbits.items()}
+    sign = min(nearest, key=lambda one: nearest[one][0])
+    orbit, (_, nu, rest) = orbits[sign], nearest[sign]
     if abs(abs(nu) - 1.0) > UNIT:
         return None
-    weight = orbit.impact_speed ** (1 if k == 0 else 3) * rest
+    weight = orbit.least_impact_speed ** (1 if k == 0 else 3) * rest
     inward = slope * weight > 0.0  # the factor 1 - |nu|^2, or 1 + nu, grows
     crossing = "enters" if inward else "leaves"
-    return Bifurcation("BP" if k == 0 else "NS", omega, orbit.sign, nu, crossing, orbit)
+    return Bifurcation("BP" if k == 0 else "NS", omega, sign, nu, crossing, there, orbit)
 
 
-def _nearest(orbit: SymmetricOrbit, k: int) -> tuple[float, complex, float]:
+def _nearest(orbit: Orbit, k: int) -> tuple[float, complex, float]:
     """(distance from critical, the critical nu, product of the other factors of function k)."""
-    nus = orbit.half_multipliers
+    nus = nus_of(orbit)
     if k == 0:
         at = int(np.argmin(np.abs(nus + 1.0)))
         rest = np.prod(np.delete(nus, at) + 1.0)
