@@ -140,7 +140,7 @@ def _impacts(plane: Plane, system: Any) -> list[int]:
     end = (SETTLE + PERIODS) * system.period
     run = vi.simulate(system, plane.start, impacts=MOST_IMPACTS, t_max=end)
     late = run.impacts & (run.time > SETTLE * system.period)
-    return [int(np.count_nonzero(run.stop[late] == stop)) for stop in (0, 1)]
+    return [int(np.count_nonzero(run.side[late] == side)) for side in (1, -1)]
 
 
 def measure(side: int, observers: Sequence[str], rounds: int) -> Overhead:

@@ -28,8 +28,8 @@ def main(out: str | None = None) -> None:
     run = vi.simulate(MECHANISM, vi.State((0.0, 0.0), (0.0, 0.0)), impacts=2000)
     print(run)
     for contact in (0, 1):
-        for index, stop in enumerate("AB"):
-            here = run.impacts & (run.contact == contact) & (run.stop == index)
+        for side, stop in ((1, "A"), (-1, "B")):
+            here = run.impacts & (run.contact == contact) & (run.side == side)
             print(f"contact {contact}, stop {stop}: {here.sum()} impacts")
     ax = plot_history(run, run.time[-1] - 40.0)
     if out:

@@ -31,8 +31,10 @@ def main(out: str | None = None) -> None:
     """Compare section and period with their closed forms, for belts that become slower."""
     drop = STATIC - KINETIC
     for speed in (0.05, 0.01, 0.001):
-        leaves = vi.state_section(block(speed), REST, takes="backward", points=3, settle=2)
-        sticks = vi.state_section(block(speed), REST, takes="stick", points=3, settle=2)
+        leaves = vi.section(
+            block(speed), REST, at=vi.AtChange(takes="backward"), points=3, settle=2
+        )
+        sticks = vi.section(block(speed), REST, at=vi.AtChange(takes="stick"), points=3, settle=2)
         period = np.diff(leaves.time)[-1]
         closed = 2.0 * drop / speed + 2.0 * (math.pi - math.atan2(drop, speed))
         print(

@@ -43,7 +43,7 @@ RESULTS = {  # made by functions, not by hand
     "Branch", "Circle", "CircleBranch", "CircleEvent", "CodimensionTwoPoint", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
     "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
-    "StateSection", "StroboscopicSection", "Tongue",
+    "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
     "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "Objective", "ParetoFront",
 }  # fmt: skip
@@ -54,11 +54,10 @@ ENUMS_AND_ERRORS = {
 }  # fmt: skip
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
 LONG = {
-    ("sine_sweep", "periods_per_step"), ("impact_section", "settle"), ("stroboscopic_section", "settle"),
-    ("state_section", "settle"),
+    ("sine_sweep", "periods_per_step"), ("section", "settle"),
     ("lyapunov_exponent", "settle_impacts"), ("lyapunov_exponent", "impacts"),
     ("lyapunov_spectrum", "settle_impacts"), ("lyapunov_spectrum", "impacts"),
-    ("sweep_attractor", "settle"), ("find_orbits", "starts"), ("find_orbits", "impacts"),
+    ("find_orbits", "starts"), ("find_orbits", "impacts"),
     ("find_circle", "settle_iterates"), ("find_circle, formula", "settle_iterates"),
     ("worst_over", "points"), ("mean_over", "points"), ("optimise", "budget"),
     ("optimise", "refine"), ("pareto_front", "budget"), ("pareto_front", "refine"),
@@ -128,7 +127,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     )  # fmt: skip
     relayed = vi.simulate_hybrid(relay, "on", [0.0], t_max=3.0)
     rubbing = vi.simulate(still(RUBBING), vi.State((2.0,), (0.0,)), t_max=6.0)
-    section = vi.impact_section(damper, state, points=5, settle=5)
+    section = vi.section(damper, state, points=5, settle=5)
     closed = vi.symmetric_orbits(damper)[0]
     orbit = vi.find_orbit(damper, closed)
     whole = vi.find_orbit(damper, closed, symmetric=False)
@@ -162,7 +161,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2], dimension=2, parameters=("a", "b")
     )
     motion = {"system": damper, "state": state}
-    where = {"stop": "A", "contact": 0}
+    where = {"at": vi.AtStop()}
     sweeping = {"system": damper, "start": state}
 
     def observed(observer: Any) -> Call:
@@ -293,18 +292,19 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "simulate, no end": (vi.simulate, motion | {"impacts": 5}),
         "Run.at": (run.at, {"t": 1.0}),
         "Run.forces": (run.forces, {"t": 1.0}),
-        "impact_section": (vi.impact_section, motion | where | {"points": 3, "settle": 3}),
-        "stroboscopic_section": (
-            vi.stroboscopic_section, motion | {"points": 3, "settle": 3, "phase": 0.0}
+        "section": (vi.section, motion | where | {"points": 3, "settle": 3}),
+        "AtStop": (
+            lambda **at: vi.section(damper, state, at=vi.AtStop(**at)), {"stop": "A", "contact": 0},
         ),
-        "state_section": (
-            vi.state_section,
-            motion | {"element": 0, "takes": "upper", "points": 3, "settle": 3},
+        "AtPhase": (lambda **at: vi.section(damper, state, at=vi.AtPhase(**at)), {"phase": 0.0}),
+        "AtChange": (
+            lambda **at: vi.section(damper, state, at=vi.AtChange(**at)),
+            {"element": 0, "takes": "upper"},
         ),
         "Section.plot": (section.plot, {"ax": None}),
         "classify": (
             vi.classify,
-            motion | where | {"settle": 10, "points": 64, "max_settle": 100, "at_phase": None},
+            motion | where | {"settle": 10, "points": 64, "max_settle": 100},
         ),
         "classify_points": (
             vi.classify_points,
@@ -319,10 +319,6 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "map_derivative": (
             vi.map_derivative, motion | {"impacts": 1, "t_max": 100.0, "directions": np.eye(5)},
-        ),
-        "sweep_attractor": (
-            vi.sweep_attractor,
-            motion | where | {"parameter": "omega", "values": [1.2], "settle": 2, "keep": 2},
         ),
         "symmetric_orbits": (vi.symmetric_orbits, {"damper": damper}),
         "find_orbit": (
@@ -713,9 +709,9 @@ NAMES = [
     "ExplicitMap", "ExplicitMap.__call__", "ExplicitMap.derivative", "ExplicitMap.linearised",
     "ExplicitMap.forms", "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian",
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",
-    "ListedStarts", "simulate", "simulate, no end", "Run.at", "Run.forces", "impact_section",
-    "stroboscopic_section", "state_section", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
-    "lyapunov_spectrum", "map_derivative", "sweep_attractor",
+    "ListedStarts", "simulate", "simulate, no end", "Run.at", "Run.forces", "section",
+    "AtStop", "AtPhase", "AtChange", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
+    "lyapunov_spectrum", "map_derivative",
     "symmetric_orbits", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
     "find_circle", "find_circle, formula", "CircleGuess", "Circle.at", "Circle.plot",
@@ -1024,8 +1020,8 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
             "0 flights are given for 1 impacts.*Give a run, a state or an orbit",
         ),
         (
-            lambda: vi.impact_section(still(RUBBING), vi.State((1.0,), (0.0,)), points=3),
-            "is friction, which has no stop.*state_section",
+            lambda: vi.section(still(RUBBING), vi.State((1.0,), (0.0,)), at=vi.AtStop()),
+            "is friction, which has no stop.*AtChange",
         ),
     ],
 )
@@ -1045,7 +1041,7 @@ def test_a_run_that_memory_cannot_hold_is_refused_with_its_size() -> None:
     with pytest.raises(vi.InvalidParameterError, match=r"impacts = 10+: needs .* GB.* t_max"):
         vi.simulate(damper, state, impacts=10**12)
     with pytest.raises(vi.InvalidParameterError, match=r"points = 10+: needs .* GB"):
-        vi.impact_section(damper, state, points=10**12)
+        vi.section(damper, state, points=10**12)
     assert main(["simulate", "impact-damper/A", "--omega", "1", "--impacts", str(10**12)]) == 2
 
 

@@ -29,13 +29,11 @@ GROUPS = {
     "Simulation": ["simulate", "Run", "RunEnd", "Status", "simulate_hybrid", "HybridRun"],
     "Sections and following": [
         *(
-            "impact_section",
+            "section",
             "Section",
-            "stroboscopic_section",
-            "StroboscopicSection",
-            "state_section",
-            "StateSection",
-            "sweep_attractor",
+            "AtStop",
+            "AtPhase",
+            "AtChange",
         ),
     ],
     "Symmetric orbits and bifurcations": [

@@ -34,7 +34,7 @@ def settled(starts: Floats, parameters: Parameters, impacts: int) -> Floats:
     for state in states_of(starts):
         run = simulate(damper, state, impacts=impacts)
         (x1, x2), (v1, v2) = run.last.position, run.last.velocity
-        rows.append((x1, x2, v1, v2, run.last.phase, 1.0 - 2.0 * run.stop[-1]))
+        rows.append((x1, x2, v1, v2, run.last.phase, float(run.side[-1])))
     return np.array(rows)
 
 

@@ -15,7 +15,6 @@ from vibroimpact.attractors.classify import classify as classify
 from vibroimpact.attractors.point_sets import InvariantSet as InvariantSet
 from vibroimpact.attractors.point_sets import Kind as Kind
 from vibroimpact.attractors.point_sets import classify_points as classify_points
-from vibroimpact.attractors.sweep_attractor import sweep_attractor as sweep_attractor
 from vibroimpact.bifurcations.atlas import Atlas as Atlas
 from vibroimpact.bifurcations.atlas import AtlasPoint as AtlasPoint
 from vibroimpact.bifurcations.atlas import bifurcation_atlas as bifurcation_atlas
@@ -103,16 +102,15 @@ from vibroimpact.simulation.lyapunov import LyapunovEstimate as LyapunovEstimate
 from vibroimpact.simulation.lyapunov import lyapunov_exponent as lyapunov_exponent
 from vibroimpact.simulation.lyapunov_spectrum import LyapunovSpectrum as LyapunovSpectrum
 from vibroimpact.simulation.lyapunov_spectrum import lyapunov_spectrum as lyapunov_spectrum
+from vibroimpact.simulation.places import AtChange as AtChange
+from vibroimpact.simulation.places import AtPhase as AtPhase
+from vibroimpact.simulation.places import AtStop as AtStop
 from vibroimpact.simulation.sections import Section as Section
-from vibroimpact.simulation.sections import StroboscopicSection as StroboscopicSection
-from vibroimpact.simulation.sections import impact_section as impact_section
-from vibroimpact.simulation.sections import stroboscopic_section as stroboscopic_section
+from vibroimpact.simulation.sections import section as section
 from vibroimpact.simulation.simulate import Run as Run
 from vibroimpact.simulation.simulate import RunEnd as RunEnd
 from vibroimpact.simulation.simulate import Status as Status
 from vibroimpact.simulation.simulate import simulate as simulate
-from vibroimpact.simulation.state_sections import StateSection as StateSection
-from vibroimpact.simulation.state_sections import state_section as state_section
 from vibroimpact.sweeps import observers
 from vibroimpact.sweeps.analyses.basins import attractor_state as attractor_state
 from vibroimpact.sweeps.analyses.basins import basins as basins

@@ -52,7 +52,7 @@ def capsule(damping):
 def test_stick_slip_without_force_is_periodic_with_two_changes_a_cycle():
     found = vi.classify(belt(), REST, **FEW)
     assert (found.label, found.shape.period) == ("0-0 periodic", 2)
-    assert isinstance(found.section, vi.StateSection)
+    assert isinstance(found.section.at, vi.AtChange)
     orbit = vi.find_orbit(belt(), REST)
     cycle = found.section.time[-1] - found.section.time[-3]
     assert math.isclose(cycle, orbit.period, rel_tol=1e-12)
@@ -83,7 +83,7 @@ def test_points_at_a_phase_count_the_impacts_between_them():
         mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
     )
     start = vi.State((0.0, 0.0), (0.0, 1.0))
-    at_stop, at_phase = (vi.classify(damper, start, at_phase=p, **FEW) for p in (None, 1.0))
+    at_stop, at_phase = (vi.classify(damper, start, at=at, **FEW) for at in (None, vi.AtPhase(1.0)))
     assert at_stop.symbol == at_phase.symbol == "1-1-1"
     assert at_phase.type == at_stop.type
     assert (at_phase.symmetric, at_phase.multipliers) == (None, None)
@@ -103,7 +103,7 @@ def test_the_drift_of_a_mass_that_only_slides_is_its_balance_of_forces():
 
 
 def test_a_pile_that_is_driven_is_periodic_with_the_progress_that_a_sweep_observes():
-    found = vi.classify(ram(), PAIR, at_phase=0.0, **FEW)
+    found = vi.classify(ram(), PAIR, at=vi.AtPhase(0.0), **FEW)
     assert found.label == "1-1-0 periodic, advancing"
     seen = vi.sweep(
         ram(), over={"damping[0][0]": [0.2]}, start=PAIR, settle_periods=100, periods=50,
@@ -125,15 +125,15 @@ def test_a_block_that_rubs_below_its_stop_has_points_at_a_phase():
     )  # fmt: skip
     found = vi.classify(below, REST, **FEW)
     assert found.label == "1-0-0 periodic"
-    assert isinstance(found.section, vi.StroboscopicSection)
+    assert isinstance(found.section.at, vi.AtPhase)
 
 
 def test_a_capsule_whose_friction_changes_often_is_classified_at_its_stop():
     found = vi.classify(capsule(0.3), PAIR, **FEW)
     assert found.label.startswith("1-1-0 periodic")
-    assert isinstance(found.section, vi.Section)
+    assert isinstance(found.section.at, vi.AtStop)
     # The multipliers of the map of a period, without the drift, by differences of simulations.
-    period, at = 2.0 * math.pi / 1.1, vi.stroboscopic_section(capsule(0.3), PAIR, points=1).last
+    period, at = 2.0 * math.pi / 1.1, vi.section(capsule(0.3), PAIR, at=vi.AtPhase(), points=1).last
 
     def after_a_period(relative, *speeds):
         start = vi.State((relative, 0.0), speeds, at.phase)
@@ -176,10 +176,9 @@ def test_a_machine_in_its_place_has_no_progress():
 @pytest.mark.parametrize(
     ("machine", "keywords", "words"),
     [
-        (belt(), {"at_phase": 0.0}, "at_phase = 0.0: the system has no forcing"),
-        (belt(0.05), {"at_phase": math.nan}, "at_phase = nan"),
-        (belt(0.05), {"at_phase": 0.0, "stop": "B"}, "are for impacts; not with at_phase"),
-        (belt(0.05), {"contact": 1}, "contact = 1: must be 0"),
+        (belt(), {"at": vi.AtPhase()}, "has no forcing"),
+        (belt(0.05), {"at": vi.AtPhase(math.nan)}, "phase = nan"),
+        (belt(0.05), {"at": vi.AtChange(1)}, "element = 1: must be 0"),
     ],
 )
 def test_a_section_that_is_not_there_is_refused(machine, keywords, words):
@@ -206,7 +205,7 @@ def test_impacts_are_those_between_the_points_at_changes_of_state() -> None:
                   vi.Friction((1.0,), 0.1, 0.2, belt_speed=0.05)),
     )  # fmt: skip
     start = vi.State((0.0,), (0.0,))
-    found = vi.classify(block, start, settle=20, points=64, contact=1)
+    found = vi.classify(block, start, at=vi.AtChange(1), settle=20, points=64)
     run = vi.simulate(block, start, t_max=float(found.section.time[-1]), impacts=10**6)
     changes = run.time[np.flatnonzero(np.diff(run.all_states[:, 1]))]
     assert (changes < found.section.time[0]).sum() == 20

@@ -60,9 +60,9 @@ def test_simulate_writes_the_run_of_the_library() -> None:
 
 def test_section_writes_the_section_of_the_library() -> None:
     argv = ["section", *CASE, "--position", "0", "0", "--velocity", "0", "-1e0", "--points", "30"]
-    assert cli.main([*argv, "--settle", "7", "--stop", "B", "--out", "s.nc"]) == 0
+    assert cli.main([*argv, "--settle", "7", "--at", "B", "--out", "s.nc"]) == 0
     start = vi.State((0.0, 0.0), (0.0, -1.0))
-    expected = vi.impact_section(SET_A, start, points=30, settle=7, stop="B")
+    expected = vi.section(SET_A, start, at=vi.AtStop("B"), points=30, settle=7)
     xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
 
 
@@ -137,7 +137,7 @@ def test_help_has_no_markup_of_docstrings(command: str, capsys: pytest.CaptureFi
 def test_help_shows_the_defaults_of_the_functions(capsys: pytest.CaptureFixture[str]) -> None:
     cli.main(["section", "--help"])
     shown = " ".join(capsys.readouterr().out.split())
-    default = inspect.signature(vi.impact_section).parameters["settle"].default
+    default = inspect.signature(vi.section).parameters["settle"].default
     assert re.search(rf"--settle SETTLE [^()]*\([^()]*\)[^()]*\(default: {default}\)", shown)
 
 
@@ -196,17 +196,14 @@ def test_a_damper_in_si_units_is_read_from_a_file(capsys: pytest.CaptureFixture[
     assert float(t) == pytest.approx(float(data.time[-1]) / rate, rel=1e-5)
 
 
-def test_a_section_at_a_phase_is_that_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_section_at_a_phase_is_that_of_the_library() -> None:
     Path("run.toml").write_text(DAMPER)
     arguments = ["section", "--config", "run.toml", "--points", "20", "--settle", "5"]
-    assert cli.main([*arguments, "--at-phase", "0.5", "--out", "s.nc", "--out", "s.png"]) == 0
-    expected = vi.stroboscopic_section(
-        SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), points=20, settle=5, phase=0.5
+    assert cli.main([*arguments, "--at", "phase=0.5", "--out", "s.nc", "--out", "s.png"]) == 0
+    expected = vi.section(
+        SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), at=vi.AtPhase(0.5), points=20, settle=5
     )
     xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
-    capsys.readouterr()
-    assert cli.main([*arguments, "--at-phase", "0.5", "--stop", "B"]) == 2
-    assert "stop = B: is for impacts; not with --at-phase." in capsys.readouterr().err
 
 
 BELT = """
@@ -233,15 +230,14 @@ def test_a_section_at_a_change_of_state_is_that_of_the_library(
 ) -> None:
     Path("belt.toml").write_text(BELT)
     arguments = ["section", "--config", "belt.toml", "--points", "4", "--settle", "3"]
-    assert cli.main([*arguments, "--takes", "backward", "--out", "s.nc", "--out", "s.png"]) == 0
+    assert (
+        cli.main([*arguments, "--at", "change=0:backward", "--out", "s.nc", "--out", "s.png"]) == 0
+    )
     assert opened("s.nc").position.values.ravel() == pytest.approx(0.2)  # the static level
-    assert cli.main([*arguments, "--element", "0"]) == 0
-    assert "4 states where friction 0 changes" in capsys.readouterr().out
-    assert cli.main([*arguments, "--takes", "stick", "--stop", "A"]) == 2
-    assert cli.main([*arguments, "--takes", "stick", "--at-phase", "0"]) == 2
-    said = capsys.readouterr().err
-    assert "stop = A: is for impacts; not with --element or --takes." in said
-    assert "takes = stick: is for changes of state; not with --at-phase." in said
+    assert cli.main([*arguments, "--at", "change=0"]) == 0
+    assert "4 points where friction 0 changes" in capsys.readouterr().out
+    assert cli.main([*arguments, "--at", "change"]) == 2
+    assert "change: must be a stop such as A or B1, phase=THETA" in capsys.readouterr().err
 
 
 def test_any_mechanism_is_read_from_a_file() -> None:
@@ -473,7 +469,7 @@ def test_a_bad_file_is_refused_with_the_reason(
         (["simulate", *CASE, "--position", "0", "--velocity", "0", "0"], "velocity"),
         (["simulate", *CASE, "--velocity", "0", "0"], "a state is --position and --velocity"),
         (["simulate", *CASE, "--on-stop", "A"], "a state is --position and --velocity"),
-        (["section", *CASE, "--stop", "C"], "stop = 'C': must be"),
+        (["section", *CASE, "--at", "C"], "stop = 'C': must be"),
         (["section", *CASE, "--points", "0"], "points = 0: must be an integer >= 1"),
         (["section", *CASE, "--x", "x9", "--out", "p.svg"], "'x9': must be one of x1, x2"),
         (["simulate", "impact-damper/A", "--omega", "5"], "no symmetric orbit exists here"),

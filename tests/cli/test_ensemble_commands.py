@@ -154,10 +154,10 @@ def test_observers_take_the_options_of_the_library(capsys: pytest.CaptureFixture
 def test_the_section_of_a_count_and_of_a_rotation_is_that_of_the_library(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    many = [*PLANE, *SHORT, "--starts", "2", "--vary", "x1=-1:1", "--stop", "B"]
+    many = [*PLANE, *SHORT, "--starts", "2", "--vary", "x1=-1:1", "--at", "B"]
     said([*many, "--out", "c.nc"], capsys)
     starts = vi.RandomStarts(2, 0, {"x1": (-1.0, 1.0)}, MIDDLE)
-    counted = vi.multistability(SET_A, over=OVER, start=starts, stop="B", **WINDOW)
+    counted = vi.multistability(SET_A, at=vi.AtStop("B"), over=OVER, start=starts, **WINDOW)
     xr.testing.assert_equal(opened("c.nc"), counted)
     turning = [*PLANE, *SHORT, "--observe", "rotation:stop=B", "--variable", "rotation"]
     said([*turning, "--out", "r.nc", "--out", "r.png"], capsys)
@@ -315,7 +315,7 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:end=B"], "'end' must be one of p"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "impacts:a=1"], "'a' must be left out"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),
-        ([*PLANE, "--stop", "B"], "stop: is for counting attractors"),
+        ([*PLANE, "--at", "B"], "at: is for counting attractors"),
         ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--observe", "power"], "must be left out"),
         (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "= nothing: must be one of m"),
         (["plane", CASE, "--over", "omga=1:2:3", "--over", "force=1:2:3"], "over = omga: must be"),

@@ -29,7 +29,7 @@ def loaded_by(code: str) -> set[str]:
         ("import vibroimpact", set()),
         ("from vibroimpact.cli.main import main; main(['--help'])", set()),
         ("import vibroimpact as vi; vi.simulate, vi.ImpactDamper", {"numpy"}),
-        ("import vibroimpact as vi; vi.impact_section, vi.lyapunov_exponent", {"numpy"}),
+        ("import vibroimpact as vi; vi.section, vi.lyapunov_exponent", {"numpy"}),
         ("import vibroimpact as vi; vi.lyapunov_spectrum", {"numpy"}),
         ("import vibroimpact as vi; vi.classify, vi.symmetric_orbits", {"numpy"}),
         ("import vibroimpact as vi; vi.sweep, vi.plane", {"numpy", "xarray", "pandas"}),

@@ -133,7 +133,7 @@ def test_a_stop_below_the_top_of_a_hop_is_met() -> None:
     run = vi.simulate(hopper, vi.State((0.0,), (speed,)), impacts=1)
     rising = math.sqrt(speed**2 - height * (2.0 + height))
     expected = 2.0 * math.atan((speed - rising) / (2.0 + height))
-    assert run.stop[0] == 0  # A, the upper one
+    assert run.side[0] == 1  # A, the upper one
     # rounding of a position composed of terms of size 1, over the speed
     assert abs(run.time[0] - expected) <= 16.0 * UNIT / rising
 
@@ -295,7 +295,7 @@ def close(run: vi.Run, event: int) -> float:
 def assert_times(run: vi.Run, first: int, times: list[str], stops: list[str]) -> None:
     for event, (time, stop) in enumerate(zip(times, stops, strict=True), start=first):
         assert abs(run.time[event] - float(time)) <= close(run, event)
-        assert "AB"[run.stop[event]] == stop
+        assert "?AB"[run.side[event]] == stop
 
 
 def assert_state(run: vi.Run, event: int, wanted: list[str]) -> None:

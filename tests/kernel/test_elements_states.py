@@ -168,7 +168,7 @@ def test_a_soft_stop_does_not_press_from_the_other_side_of_its_gap() -> None:
         Status.ENGAGE, Status.CHANGE, Status.CHANGE, Status.ENGAGE
     ]  # fmt: skip
     np.testing.assert_allclose(run.position[[0, 2, 3], 0], [0.5, 0.5, -0.5], rtol=ULPS)
-    assert list(run.stop[[0, 3]]) == [0, 1]
+    assert list(run.side[[0, 3]]) == [1, -1]
 
 
 def test_friction_between_two_belts_sticks_to_each_in_turn() -> None:
@@ -441,7 +441,7 @@ def test_a_soft_stop_is_named_by_the_side_on_which_the_mass_is(
     run = vi.simulate(m, vi.State((0.1,), (0.3,)), t_max=30.0)
     events = run.status != vi.Status.HORIZON
     assert np.count_nonzero(run.status == vi.Status.CHANGE) > 3
-    np.testing.assert_array_equal(run.stop[events], run.position[events, 0] < 0.0)
+    np.testing.assert_array_equal(run.side[events], np.sign(run.position[events, 0]))
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

@@ -46,7 +46,7 @@ def test_relative_velocity_is_reversed_and_reduced(name: str, omega: float) -> N
 @pytest.mark.parametrize(("name", "omega"), RUNS)
 def test_recorded_rates_are_those_of_the_gap(name: str, omega: float) -> None:
     _, run, hits = run_of(name, omega)
-    side = np.where(run.stop == 0, 1.0, -1.0)[hits]
+    side = run.side[hits]
     before = -side * (run.velocity_before[hits, 1] - run.velocity_before[hits, 0])
     assert np.abs(before - run.rate_before[hits]).max() <= 4.0 * rounding(run)
     assert np.all(run.rate_before[hits] < 0.0)
@@ -67,7 +67,7 @@ def test_energy_lost_is_that_of_the_effective_mass(name: str, omega: float) -> N
 def test_impacts_happen_on_the_stops(name: str, omega: float) -> None:
     d, run, hits = run_of(name, omega)
     u = (run.position[:, 1] - run.position[:, 0])[hits]
-    side = np.where(run.stop == 0, 1.0, -1.0)[hits]
+    side = run.side[hits]
     # eps_g of one flight: some 20 steps, terms below 100
     assert np.abs(u - side * d.half_clearance).max() <= 64.0 * UNIT * 100.0
 
@@ -93,7 +93,7 @@ def test_impulse_acts_along_the_contact_and_loses_the_right_energy(
             continue  # it takes an impulse too: tests/kernel/test_resting.py
         row, v = np.array(contact.row), run.velocity_before[i]
         push = np.linalg.solve(mass, row)
-        r = contact.restitutions[1 if run.stop[i] == 0 else 0]
+        r = contact.restitutions[1 if run.side[i] > 0 else 0]
         jump = -(1.0 + r) * (row @ v) / (row @ push) * push
         # the condition of M is below 100 here; the rest is a dozen roundings
         error = np.abs(run.velocity_after[i] - v - jump).max()
@@ -109,7 +109,7 @@ def test_each_stop_has_its_own_restitution() -> None:
         elements=(vi.RigidStop((1.0,), -1.0, 1.0, (0.25, 0.5)),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,), (1.0,)), impacts=4)
-    np.testing.assert_array_equal(run.stop, [0, 1, 0, 1])
+    np.testing.assert_array_equal(run.side, [1, -1, 1, -1])
     expected = [-0.5, 0.125, -0.0625, 0.015625]
     np.testing.assert_allclose(run.velocity_after[:, 0], expected, rtol=32.0 * UNIT)  # four jumps
     np.testing.assert_allclose(run.time, [1.0, 5.0, 21.0, 53.0], rtol=32.0 * UNIT)

@@ -25,14 +25,9 @@ PULLS = PUSHES.map(lambda x: -x)  # x2 must move against x1, or the motion may n
 
 def arrays(run: vi.Run) -> dict[str, Any]:
     """Everything recorded."""
-    names = ["time", "status", "stop", "position", "velocity_before", "velocity_after",
+    names = ["time", "status", "side", "position", "velocity_before", "velocity_after",
              "phase", "rate_before", "rate_after"]  # fmt: skip
     return {name: getattr(run, name) for name in names}
-
-
-def other_stop(run: vi.Run) -> Any:
-    """Stops exchanged, -1 where there is none."""
-    return np.where(run.stop >= 0, 1 - run.stop, -1)
 
 
 def assert_same_bits(run: vi.Run, other: vi.Run, scales: dict[str, float]) -> None:
@@ -104,7 +99,7 @@ def test_the_mirror_image_of_a_motion_has_the_same_bits(
     image = vi.simulate(mirrored, vi.State((-0.5, -0.25), (-v1, -v2), 0.4), impacts=80)
     np.testing.assert_array_equal(run.time, image.time)
     np.testing.assert_array_equal(run.status, image.status)
-    np.testing.assert_array_equal(run.stop, other_stop(image))
+    np.testing.assert_array_equal(run.side, -image.side)
     np.testing.assert_array_equal(run.position, -image.position)
     np.testing.assert_array_equal(run.velocity_after, -image.velocity_after)
 
@@ -121,7 +116,7 @@ def test_turning_a_contact_row_exchanges_its_stops(
     start = vi.State((0.5, 0.25), (v1, v2), 0.4)
     run, other = vi.simulate(m, start, impacts=80), vi.simulate(turned, start, impacts=80)
     np.testing.assert_array_equal(run.time, other.time)
-    np.testing.assert_array_equal(run.stop, other_stop(other))
+    np.testing.assert_array_equal(run.side, -other.side)
     np.testing.assert_array_equal(run.position, other.position)
 
 
@@ -211,8 +206,8 @@ def exact_volume(m: vi.Mechanism, run: vi.Run, leaving: float) -> float:
         sigma_N / sigma_0 = (g0'+ / gN'+) prod R_i^2 exp(-T tr(M^-1 C))
     """
     restitutions = [
-        m.rigid_stops[c].restitutions[1 if s == 0 else 0]
-        for c, s in zip(run.contact, run.stop, strict=True)
+        m.rigid_stops[c].restitutions[1 if s > 0 else 0]
+        for c, s in zip(run.contact, run.side, strict=True)
     ]
     trace = np.trace(np.linalg.solve(np.array(m.mass), np.array(m.damping)))
     damped = math.exp(-float(run.time[-1]) * trace)
@@ -235,7 +230,7 @@ def determinant_error(m: vi.Mechanism, start: vi.State, impacts: int) -> float |
         vi.State(tuple(x), tuple(v), float(p))
         for x, v, p in zip(run.position, run.velocity_after, run.phase, strict=True)
     ]
-    side = 1.0 if first.stop[0] == 0 else -1.0
+    side = float(first.side[0])
     leaving = -side * float(np.dot(m.rigid_stops[contacts[0]].row, begin.velocity))
     volume, condition = section_map(m, begin, (contacts[0], contacts[-1]), impacts)
     condition += sum(
@@ -357,7 +352,7 @@ def test_jacobian_predicts_the_measured_contraction() -> None:
     """Near a stable orbit a deviation shrinks as the powers of DP say, to second order."""
     d = paper_damper("A", 1.2)
     settled = vi.simulate(d, vi.State((0.3, 0.1), (0.2, 0.7)), impacts=4001)
-    last = np.flatnonzero(settled.stop == 0)[-1]
+    last = np.flatnonzero(settled.side == 1)[-1]
     (x1, _), (v1, v2) = settled.position[last], settled.velocity_after[last]
     q = np.array([v1, x1, v2, settled.phase[last]])
 

@@ -81,7 +81,7 @@ def test_one_contact_is_a_spring_of_twice_the_stiffness_then_a_dashpot_beside_it
     pressed, behind, limited = (s for s in S if stop.side_of(s) == side)
     assert run.states[:4, 0].tolist() == [limited, pressed, behind, S.OPEN]
     assert list(run.status[:4]) == [vi.Status.ENGAGE, *[vi.Status.CHANGE] * 3]
-    assert run.stop[0] == (0 if side > 0 else 1)
+    assert run.side[0] == side
     assert run.impacts[:4].tolist() == [True, False, False, False]
 
 

@@ -46,7 +46,7 @@ def test_stable_motion_follows_the_reference_for_200_impacts(
                         state.velocity[1], phase=state.phase)  # fmt: skip
     events = reference.simulate(damper_witness(d), z, IMPACTS, from_stop="A")
     assert [e.kind for e in events] == ["impact"] * IMPACTS
-    assert [e.stop for e in events] == ["AB"[i] for i in run.stop]
+    assert [e.stop for e in events] == ["?AB"[i] for i in run.side]
     # an error made at any impact grows at most so much and then dies out; of the order of
     # 64 u of the size of the motion is made at each
     size = float(np.abs(run.position).max() + np.abs(run.velocity_before).max())

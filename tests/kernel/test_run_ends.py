@@ -116,11 +116,11 @@ def test_whatever_grows_ends_with_finite_numbers(seed: int) -> None:
 def test_divergence_is_said_alike_everywhere() -> None:
     m = one_body(-0.75, 0.1, -0.225, lower=0.0)
     away = vi.State((0.31,), (0.0,))
-    found = vi.classify(m, away, stop="B")
+    found = vi.classify(m, away, at=vi.AtStop("B"))
     assert found.kind is Kind.DIVERGED
     assert "diverged" in found.shape.reason
     assert vi.lyapunov_exponent(m, away).run_end is RunEnd.DIVERGED
-    assert vi.impact_section(m, away, points=10, stop="B").end is RunEnd.DIVERGED
+    assert vi.section(m, away, at=vi.AtStop("B"), points=10).end is RunEnd.DIVERGED
     starts = vi.GridStarts({"x1": [0.31, 0.35, 1e300]}, away)
     members = vi.sweep(
         m, over={}, start=starts, settle_periods=10.0, periods=1000.0, progress=False

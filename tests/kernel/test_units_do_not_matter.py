@@ -55,7 +55,7 @@ def simulated(m: vi.Mechanism, state: vi.State, t_max: float) -> vi.Run:
 def said(run: vi.Run, i: int) -> str:
     if i >= len(run):
         return f"end, {run.end.name}"
-    return f"{vi.Status(run.status[i]).name} {run.contact[i]}.{run.stop[i]} at {run.time[i]:.17g}"
+    return f"{vi.Status(run.status[i]).name} {run.contact[i]}.{run.side[i]} at {run.time[i]:.17g}"
 
 
 def _first_apart(*pairs: tuple[Any, Any]) -> int | None:
@@ -72,7 +72,7 @@ def apart_in_bits(run: vi.Run, other: vi.Run, length: float, time: float) -> str
     """What is different in other units, if anything."""
     speed = length / time
     at = _first_apart(
-        (run.status, other.status), (run.contact, other.contact), (run.stop, other.stop),
+        (run.status, other.status), (run.contact, other.contact), (run.side, other.side),
         (run.states, other.states), (run.time * time, other.time), (run.phase, other.phase),
         (run.position * length, other.position),
         (run.velocity_before * speed, other.velocity_before),
@@ -174,7 +174,7 @@ def told(run: vi.Run, name: Name = lambda *event: event) -> list[Told]:
     """Kind, element, and stop or new state of each event, as ``name`` says; HORIZON is none."""
     return [
         name(int(s), int(c), int(states[c] if s in OF_A_STATE else side))
-        for s, c, side, states in zip(run.status, run.contact, run.stop, run.states, strict=True)
+        for s, c, side, states in zip(run.status, run.contact, run.side, run.states, strict=True)
         if s != vi.Status.HORIZON
     ]
 
@@ -234,7 +234,7 @@ def in_mirror(m: vi.Mechanism) -> Name:
 
     def name(status: int, contact: int, which: int) -> Told:
         if status not in OF_A_STATE:
-            return status, contact, which if which < 0 else 1 - which
+            return status, contact, -which
         return status, contact, SIDES.get(type(m.elements[contact]), {}).get(which, which)
 
     return name

@@ -99,13 +99,13 @@ def test_rest_on_a_stop_has_one_name(floor: float, *, shaken: bool) -> None:
         )  # fmt: skip
 
     start = vi.State((floor + 1.0,), (0.0,))
-    found = vi.classify(ball(floor), start, stop="B")
+    found = vi.classify(ball(floor), start, at=vi.AtStop("B"))
     assert found.label == found.name == "at rest on stop B"
     assert found.kind == "without impacts"
     over = {"x1": floor + np.array([0.5, 1.0]), "v1": [0.0, 1.0]}
-    assert vi.basins(ball(floor), over=over, start=start, stop="B", **OFF).name.values.tolist() == [
-        "at rest on stop B"
-    ]
+    assert vi.basins(
+        ball(floor), at=vi.AtStop("B"), over=over, start=start, **OFF
+    ).name.values.tolist() == ["at rest on stop B"]
 
 
 def test_rests_on_different_stops_are_counted_apart() -> None:
@@ -138,4 +138,4 @@ def test_a_motion_that_leaves_the_stop_of_the_section_alone_names_it() -> None:
     assert found.kind == "undecided"
     assert found.reason.startswith("0 of ")
     assert found.reason.endswith("at stop A of contact 0: take another stop or contact.")
-    assert vi.classify(slot, ORIGIN, stop="B").kind == "periodic"
+    assert vi.classify(slot, ORIGIN, at=vi.AtStop("B")).kind == "periodic"

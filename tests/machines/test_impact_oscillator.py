@@ -152,7 +152,7 @@ def test_stability_is_that_of_the_motion() -> None:
     stable = replace(ONE, omega=2.1, clearance=0.0)
     witness = closed_form(stable)[1][-1]
     assert np.abs(witness.multipliers).max() < 1.0
-    settled = vi.impact_section(stable, stable.free_start(), points=1, settle=400)
+    settled = vi.section(stable, stable.free_start(), points=1, settle=400)
     assert settled.last.velocity[0] == pytest.approx(-0.7 * witness.speed, rel=1e-9)
 
 

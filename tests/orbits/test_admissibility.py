@@ -35,7 +35,7 @@ def repeats_in_simulation(orbit: Orbit) -> bool:
     times = np.cumsum(durations)
     # a start wrong by 1e-13 is wrong by at most that times the largest multiplier at the end
     allowed = 1e-10 * max(1.0, largest(orbit.multipliers)) * orbit.period
-    stops = [(int(c), 1 if s == 0 else -1) for c, s in zip(run.contact, run.stop, strict=True)]
+    stops = [(int(c), int(s)) for c, s in zip(run.contact, run.side, strict=True)]
     around = [*orbit.signature.impacts[1:], orbit.signature.impacts[0]]
     return (
         len(run) == len(times)

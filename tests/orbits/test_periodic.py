@@ -108,7 +108,7 @@ def strikes_b_first(damper: vi.ImpactDamper, state: vi.State) -> bool:
     half = math.pi / damper.omega
     run = vi.simulate(damper, state, impacts=1, t_max=1.5 * half)
     leaves = state.velocity[1] < state.velocity[0]
-    return bool(leaves and len(run) and run.stop[0] == 1 and abs(run.time[0] / half - 1.0) < 1e-9)
+    return bool(leaves and len(run) and run.side[0] == -1 and abs(run.time[0] / half - 1.0) < 1e-9)
 
 
 @pytest.mark.parametrize("name", PAPER_RANGES)
@@ -337,7 +337,7 @@ def test_random_mechanisms_with_two_sided_contacts_give_consistent_orbits() -> N
         m = random_mechanism(np.random.default_rng([7, seed]), 1 + seed % 3, contacts=1)
         start = vi.State((0.0,) * m.degrees, (0.3,) * m.degrees)
         run = vi.simulate(m, start, impacts=30)
-        stops = {"A" if s == 0 else "B" for s in run.stop[run.status == vi.Status.IMPACT]}
+        stops = {"?AB"[s] for s in run.side[run.status == vi.Status.IMPACT]}
         if stops != {"A", "B"}:
             continue
         orbit = vi.find_orbit(m, run, impacts=["A", "B"], cycles=1)

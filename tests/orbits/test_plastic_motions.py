@@ -34,13 +34,13 @@ def witness(system: vi.Mechanism, start: vi.State) -> str:
     """n-p-q from the phases of a record and its stops; empty if it is longer than 20 impacts."""
     run = vi.simulate(system, start, impacts=1200)
     hits = run.impacts
-    time, stop = run.time[hits][-100:], run.stop[hits][-100:]
+    time, stop = run.time[hits][-100:], run.side[hits][-100:]
     phase = np.exp(1j * system.omega * time)
     for period in range(1, 21):
         back = np.abs(phase[period:] - phase[:-period]) < UNIT
         if back.all() and (stop[period:] == stop[:-period]).all():
             n = round((time[-1] - time[-1 - period]) * system.omega / (2.0 * math.pi))
-            a = int((stop[-period:] == 0).sum())
+            a = int((stop[-period:] == 1).sum())
             return f"{n}-{a}-{period - a}"
     return ""
 

@@ -50,8 +50,8 @@ def counted(mechanism: vi.Mechanism, cycles: int) -> list[tuple[int, int]]:
     period = 2.0 * np.pi / mechanism.omega
     run = vi.simulate(mechanism, REST, impacts=20_000, t_max=(300 + cycles) * period)
     late = (run.time > 300 * period) & (run.status == vi.Status.IMPACT)
-    counts = Counter(zip(run.contact[late].tolist(), run.stop[late].tolist(), strict=True))
-    return [(counts[contact, 0], counts[contact, 1]) for contact in (0, 1)]
+    counts = Counter(zip(run.contact[late].tolist(), run.side[late].tolist(), strict=True))
+    return [(counts[contact, 1], counts[contact, -1]) for contact in (0, 1)]
 
 
 @pytest.mark.parametrize(("omega", "gap", "wall", "name"), POINTS)
@@ -69,7 +69,7 @@ def test_sweeps_classify_and_find_orbit_give_a_motion_one_name(
     codes = motions(swept)
     assert flags(codes)[int(codes)].replace("_", " ") == name
     contact, stop = next((c, s) for c in (0, 1) for s in (0, 1) if pairs[c][s])
-    attractor = vi.classify(mechanism, REST, contact=contact, stop="AB"[stop])  # type: ignore[arg-type]
+    attractor = vi.classify(mechanism, REST, at=vi.AtStop("AB"[stop], contact=contact))  # type: ignore[arg-type]
     assert attractor.symbol == name
     assert attractor.label.startswith(f"{name} periodic")
     assert vi.find_orbit(mechanism, attractor.section.last).symbol == name
@@ -91,13 +91,24 @@ def test_a_plane_parts_motions_that_hit_different_stops() -> None:
 def test_basins_of_several_contacts_are_named_by_all_of_them() -> None:
     over = {"x1": [-0.4, 0.0, 0.3], "v2": [-0.5, 0.5]}
     for contact, stop in ((0, "A"), (1, "B")):
-        found = vi.basins(pair(1.088, 0.2, 0.5), over=over, start=REST, contact=contact,
-                          stop=stop, progress=False)  # type: ignore[arg-type]  # fmt: skip
+        found = vi.basins(
+            pair(1.088, 0.2, 0.5),
+            at=vi.AtStop(stop, contact=contact),
+            over=over,
+            start=REST,
+            progress=False,
+        )  # type: ignore[arg-type]
         assert found.name.values.tolist() == ["1-1-0,0-2 a"]
     starts = vi.GridStarts(over, REST)
     for contact in (0, 1):
-        met = vi.multistability(PAIR, over={"omega": [1.088, 1.332]}, start=starts, settle_periods=600,
-                                contact=contact, progress=False)  # fmt: skip
+        met = vi.multistability(
+            PAIR,
+            at=vi.AtStop(contact=contact),
+            over={"omega": [1.088, 1.332]},
+            start=starts,
+            settle_periods=600,
+            progress=False,
+        )
         assert met.attractors.values.tolist() == [1, 1]
 
 

@@ -102,8 +102,8 @@ def test_starts_that_have_not_settled_are_those_whose_sections_do_not_repeat() -
         for x1 in np.linspace(-half, half, 3):
             for v1 in (-half, half):
                 start = vi.State((x1, 0.0), (v1, 1.0))
-                points = vi.stroboscopic_section(
-                    chosen.damper(0.94), start, points=20, settle=periods
+                points = vi.section(
+                    chosen.damper(0.94), start, at=vi.AtPhase(), points=20, settle=periods
                 ).position
                 again = np.abs(points[1:] - points[0]).max(axis=1) / np.abs(points).max()
                 settled += bool(again[:10].min() < 1e-5)

@@ -30,20 +30,18 @@ CALLS = [
     "vi.simulate(clattering, away, impacts=10**7)",
     "vi.simulate(rubbing, vi.State((1.0,), (0.0,)), t_max=1e9)",
     "vi.simulate_hybrid(relay, 'on', [1.0], events=3 * 10**7)",
-    "vi.impact_section(clattering, away, points=10**7)",
-    "vi.stroboscopic_section(rubbing, vi.State((1.0,), (0.0,)), points=10**8)",
+    "vi.section(clattering, away, points=10**7)",
+    "vi.section(rubbing, vi.State((1.0,), (0.0,)), at=vi.AtPhase(), points=10**8)",
     "vi.classify(clattering, away, points=10**7)",
-    "vi.sweep_attractor(lambda _: clattering, None, [1.2], away, keep=10**7)",
-    "vi.impact_section(damper, state, points=3, settle=10**11)",
-    "vi.stroboscopic_section(damper, state, points=3, settle=10**11)",
-    "vi.state_section(rubbing, vi.State((1.0,), (0.0,)), element=0, points=3, settle=10**11)",
+    "vi.section(damper, state, points=3, settle=10**11)",
+    "vi.section(damper, state, at=vi.AtPhase(), points=3, settle=10**11)",
+    "vi.section(rubbing, vi.State((1.0,), (0.0,)), at=vi.AtChange(), points=3, settle=10**11)",
     "vi.classify(damper, state, settle=10**11, max_settle=10**11)",
     "vi.lyapunov_exponent(damper, state, impacts=10**9)",
     "vi.lyapunov_exponent(damper, state, settle_impacts=10**11)",
     "vi.lyapunov_spectrum(damper, state, impacts=10**7)",
     "vi.lyapunov_spectrum(damper, state, settle_impacts=10**11)",
     "vi.map_derivative(damper, state, impacts=10**9)",
-    "vi.sweep_attractor(damper, 'omega', [1.2], state=state, settle=10**11)",
     "vi.find_orbits(damper, cycles=1, impacts=2, starts=10**9)",
     "vi.find_circle(vi.ExplicitMap(turn, dimension=2), (1.0, 0.0), p=0.9, settle_iterates=10**11)",
 ]
@@ -127,7 +125,7 @@ def test_a_long_count_is_announced_within_seconds_and_ends_within_one_at_an_inte
 def test_what_takes_less_than_a_minute_is_not_announced() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        vi.impact_section(DAMPER, STATE, points=3, settle=200_000)
+        vi.section(DAMPER, STATE, points=3, settle=200_000)
         vi.lyapunov_exponent(DAMPER, STATE, impacts=20_000)
         vi.simulate(DAMPER, STATE, impacts=30_000, t_max=1e6)
 

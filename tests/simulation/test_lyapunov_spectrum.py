@@ -94,7 +94,7 @@ def logarithm_of_volumes(run: vi.Run, first: int, last: int) -> float:
     losses = 0.0
     for k in range(first + 1, last + 1):
         lower, upper = m.rigid_stops[run.contact[k]].restitutions
-        losses += 2.0 * math.log(upper if run.stop[k] == 0 else lower)
+        losses += 2.0 * math.log(upper if run.side[k] > 0 else lower)
     return losses - trace * float(run.time[last] - run.time[first])
 
 

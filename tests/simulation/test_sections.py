@@ -1,4 +1,4 @@
-"""Sections and following: points lie on the stop, obey the law of impact, and carry over."""
+"""Sections: points lie on the stop, obey the law of impact, and carry over."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.attractors.sweep_attractor import carried, sweep_attractor
-from vibroimpact.simulation.sections import impact_section, section_of, take
+from vibroimpact.simulation.sections import section_of_impacts, take_impacts
 from vibroimpact.simulation.simulate import RunEnd
 from vibroimpact.simulation.simulator import Simulator
 
@@ -35,7 +34,7 @@ def bouncing_ball(restitution=0.5):
 
 @pytest.mark.parametrize(("stop", "side"), [("A", 1.0), ("B", -1.0)])
 def test_points_stand_on_their_stop_and_depart(stop, side):
-    section = impact_section(DAMPER, PLAIN, points=300, settle=10, stop=stop)
+    section = vi.section(DAMPER, PLAIN, at=vi.AtStop(stop), points=300, settle=10)
     assert len(section) == 300
     u = section.x2 - section.x1
     assert np.abs(u - side * DAMPER.half_clearance).max() <= 2e-15 * 8.0  # |x| < 8: one ulp each
@@ -45,8 +44,8 @@ def test_points_stand_on_their_stop_and_depart(stop, side):
 
 def test_a_section_is_what_the_simulation_records_at_that_stop():
     run = vi.simulate(DAMPER, PLAIN, impacts=400)
-    section = impact_section(DAMPER, PLAIN, points=100, settle=0)
-    at_a = np.flatnonzero(run.impacts & (run.stop == 0))[:100]
+    section = vi.section(DAMPER, PLAIN, points=100, settle=0)
+    at_a = np.flatnonzero(run.impacts & (run.side == 1))[:100]
     assert np.array_equal(section.position, run.position[at_a])
     assert np.array_equal(section.velocity, run.velocity_after[at_a])
     assert np.array_equal(section.phase, run.phase[at_a])
@@ -55,46 +54,46 @@ def test_a_section_is_what_the_simulation_records_at_that_stop():
 
 def test_settling_skips_that_many_impacts():
     run = vi.simulate(DAMPER, PLAIN, impacts=400)
-    section = impact_section(DAMPER, PLAIN, points=20, settle=101)
-    at_a = np.flatnonzero(run.stop == 0)
+    section = vi.section(DAMPER, PLAIN, points=20, settle=101)
+    at_a = np.flatnonzero(run.side == 1)
     assert np.array_equal(section.x1, run.position[at_a[at_a >= 101][:20], 0])
 
 
 def test_phases_follow_from_times():
-    section = impact_section(DAMPER, PLAIN, points=500, settle=10)
+    section = vi.section(DAMPER, PLAIN, points=500, settle=10)
     turned = section.phase[0] + DAMPER.omega * (section.time - section.time[0])
     # One ulp of omega t, some 500 periods, and as much for the comparison.
     assert np.abs(np.exp(1j * turned) - np.exp(1j * section.phase)).max() < 4e-12
 
 
 def test_pieces_of_a_record_join_without_a_seam():
-    whole = take(Simulator(CHATTERING, PLAIN), 400, 0, "A")
+    whole = take_impacts(Simulator(CHATTERING, PLAIN), vi.AtStop(), 400)
     motion = Simulator(CHATTERING, PLAIN)
     parts = [motion.record(n) for n in (1, 7, 150, 3000)]
-    joined = section_of(motion, parts, 0, "A", 400, RunEnd.IMPACTS)
+    joined = section_of_impacts(motion, vi.AtStop(), parts, 400, RunEnd.IMPACTS)
     assert np.array_equal(whole.position, joined.position)
     assert np.allclose(whole.time, joined.time, rtol=1e-15, atol=0.0)
 
 
 def test_a_dataset_says_what_it_is():
-    dataset = impact_section(DAMPER, PLAIN, points=5).to_dataset()
-    assert dataset.sizes == {"impact": 5, "coordinate": 2}
-    assert dataset.attrs["stop"] == "A"
+    dataset = vi.section(DAMPER, PLAIN, points=5).to_dataset()
+    assert dataset.sizes == {"point": 5, "coordinate": 2}
+    assert dataset.attrs["at"] == "at stop A of contact 0"
     assert "omega=1.00314" in dataset.attrs["system"]
 
 
 def test_arrays_are_read_only_and_the_last_state_goes_on():
-    section = impact_section(DAMPER, PLAIN, points=50, settle=0)
+    section = vi.section(DAMPER, PLAIN, points=50, settle=0)
     with pytest.raises(ValueError, match="read-only"):
         section.phase[0] = 0.0
-    onward = impact_section(DAMPER, section.last, points=50, settle=0)
-    direct = impact_section(DAMPER, PLAIN, points=100, settle=0)
+    onward = vi.section(DAMPER, section.last, points=50, settle=0)
+    direct = vi.section(DAMPER, PLAIN, points=100, settle=0)
     # The state goes through a phase in [0, 2 pi): one rounding, grown over 50 impacts.
     assert np.allclose(onward.position, direct.position[50:], rtol=0.0, atol=1e-9)
 
 
 def test_a_one_sided_stop_of_any_mechanism_has_a_section():
-    section = impact_section(bouncing_ball(), vi.State((1.0,), (0.0,)), points=20, stop="B")
+    section = vi.section(bouncing_ball(), vi.State((1.0,), (0.0,)), at=vi.AtStop("B"), points=20)
     assert len(section) == 20
     assert np.abs(section.position).max() <= 4e-16  # one ulp of the forced response, 2 wide
     assert np.all(section.velocity >= 0.0)
@@ -106,7 +105,7 @@ def test_a_motion_that_stops_impacting_leaves_the_points_it_had():
         mass=[[1.0]], damping=[[0.4]], stiffness=[[1.0]],
         elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=0.9),),
     )  # fmt: skip
-    section = impact_section(damped, vi.State((2.0,), (0.0,)), points=100, settle=0, stop="B")
+    section = vi.section(damped, vi.State((2.0,), (0.0,)), at=vi.AtStop("B"), points=100, settle=0)
     assert 1 <= len(section) < 100
     assert section.end is RunEnd.SILENT
 
@@ -116,19 +115,22 @@ def test_a_motion_that_stops_impacting_leaves_the_points_it_had():
     [
         ({"points": 0}, "points = 0"),
         ({"settle": -1}, "settle = -1"),
-        ({"stop": "C"}, "stop = 'C'"),
-        ({"contact": 1}, "contact = 1"),
+        ({"at": vi.AtStop("C")}, "stop = 'C'"),  # type: ignore[arg-type]
+        ({"at": vi.AtStop(contact=1)}, "contact = 1"),
+        ({"at": "A"}, r"at = 'A': must be vi\.AtStop"),
+        ({"at": vi.AtPhase(math.nan)}, "phase = nan"),
+        ({"at": vi.AtPhase("x")}, "phase = 'x'"),  # type: ignore[arg-type]
         ({"points": 2.5}, "points = 2.5"),
     ],
 )
 def test_misuse_is_named(keywords, words):
     with pytest.raises(vi.InvalidParameterError, match=words):
-        impact_section(DAMPER, PLAIN, **keywords)
+        vi.section(DAMPER, PLAIN, **keywords)
 
 
 def test_a_stop_that_is_not_there_is_refused():
     with pytest.raises(vi.InvalidParameterError, match="no such stop"):
-        impact_section(bouncing_ball(), vi.State((1.0,), (0.0,)), stop="A")
+        vi.section(bouncing_ball(), vi.State((1.0,), (0.0,)), at=vi.AtStop("A"))
 
 
 # --- once per forcing period ----------------------------------------------------------------------
@@ -153,7 +155,7 @@ def steady(omega, phase):
 def test_states_at_a_phase_are_those_of_the_simulation(system):
     degrees = getattr(system, "mechanism", system).degrees
     start = PLAIN if degrees == 2 else vi.State((1.0,), (0.0,), 0.4)
-    section = vi.stroboscopic_section(system, start, points=40, settle=7, phase=-1.0)
+    section = vi.section(system, start, at=vi.AtPhase(-1.0), points=40, settle=7)
     run = vi.simulate(system, start, impacts=10**5, t_max=1.01 * float(section.time[-1]))
     position, velocity = run.at(section.time)
     # one rounding of a time up to 700, in which a velocity of 6 changes by less than 6
@@ -164,13 +166,13 @@ def test_states_at_a_phase_are_those_of_the_simulation(system):
     np.testing.assert_allclose(turned, np.round(turned), atol=1e-12)
     assert np.all(np.diff(np.round(turned)) == 1.0)
     assert section.phase == pytest.approx(2.0 * math.pi - 1.0)
-    assert section.end is RunEnd.HORIZON
+    assert section.end is RunEnd.POINTS
 
 
 def test_a_record_in_many_pieces_has_the_states_of_one(monkeypatch):
-    whole = vi.stroboscopic_section(DAMPER, PLAIN, points=60, settle=5, phase=2.0)
+    whole = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle=5)
     monkeypatch.setattr("vibroimpact.simulation.simulator.CHUNK", 5)
-    pieces = vi.stroboscopic_section(DAMPER, PLAIN, points=60, settle=5, phase=2.0)
+    pieces = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle=5)
     np.testing.assert_array_equal(whole.position, pieces.position)
     np.testing.assert_array_equal(whole.velocity, pieces.velocity)
 
@@ -180,7 +182,7 @@ def test_a_record_in_many_pieces_has_the_states_of_one(monkeypatch):
 def test_a_motion_without_impacts_has_the_closed_form_at_every_phase(omega, phase):
     """20000 periods without an event, which is longer than a run without impacts is followed."""
     system = oscillator(omega, 50.0)
-    section = vi.stroboscopic_section(system, vi.State((0.0,), (0.0,)), phase=phase, points=20_000)
+    section = vi.section(system, vi.State((0.0,), (0.0,)), at=vi.AtPhase(phase), points=20_000)
     assert len(section) == 20_000
     x, v = steady(omega, phase)
     # at t = 4e5 a time has 6e-11 of a radian
@@ -193,38 +195,26 @@ def test_at_the_time_of_an_impact_the_state_is_that_after_it():
     orbit = vi.symmetric_orbits(replace(DAMPER, omega=1.2))[0]
     system = replace(DAMPER, omega=1.2)
     later = orbit.state.phase + 1e-9  # of its own phase the times could be rounded to before it
-    section = vi.stroboscopic_section(system, orbit.state, points=5, settle=3, phase=later)
+    section = vi.section(system, orbit.state, at=vi.AtPhase(later), points=5, settle=3)
     np.testing.assert_allclose(section.v2, orbit.state.velocity[1], atol=1e-7)
-    direct = vi.stroboscopic_section(
-        system, orbit.state, points=1, settle=0, phase=orbit.state.phase
-    )
+    direct = vi.section(system, orbit.state, at=vi.AtPhase(orbit.state.phase), points=1, settle=0)
     assert direct.position[0] == pytest.approx(orbit.state.position)
     assert direct.velocity[0] == pytest.approx(orbit.state.velocity)
 
 
 def test_a_stroboscopic_section_goes_on_from_its_last_state():
-    whole = vi.stroboscopic_section(DAMPER, PLAIN, points=20, settle=0, phase=0.3)
-    first = vi.stroboscopic_section(DAMPER, PLAIN, points=10, settle=0, phase=0.3)
-    second = vi.stroboscopic_section(DAMPER, first.last, points=11, settle=0, phase=0.3)
+    whole = vi.section(DAMPER, PLAIN, at=vi.AtPhase(0.3), points=20, settle=0)
+    first = vi.section(DAMPER, PLAIN, at=vi.AtPhase(0.3), points=10, settle=0)
+    second = vi.section(DAMPER, first.last, at=vi.AtPhase(0.3), points=11, settle=0)
     np.testing.assert_allclose(second.position, whole.position[9:], atol=1e-10)
 
 
 @pytest.mark.usefixtures("no_windows")
 def test_a_stroboscopic_section_is_drawn_without_the_plus_of_impacts():
-    section = vi.stroboscopic_section(DAMPER, PLAIN, points=5)
+    section = vi.section(DAMPER, PLAIN, at=vi.AtPhase(), points=5)
     assert section.plot().get_ylabel() == r"$\dot x_{1}$"
-    assert impact_section(DAMPER, PLAIN, points=5).plot().get_ylabel() == r"$\dot x_{1+}$"
-    assert section.to_dataset().sizes == {"period": 5, "coordinate": 2}
-
-
-@pytest.mark.parametrize(
-    ("keywords", "words"),
-    [({"points": 0}, "points = 0"), ({"settle": -1}, "settle = -1"),
-     ({"phase": math.nan}, "phase = nan"), ({"phase": "x"}, "phase = 'x'")],
-)  # fmt: skip
-def test_misuse_of_a_stroboscopic_section_is_named(keywords, words):
-    with pytest.raises(vi.InvalidParameterError, match=words):
-        vi.stroboscopic_section(DAMPER, PLAIN, **keywords)
+    assert vi.section(DAMPER, PLAIN, points=5).plot().get_ylabel() == r"$\dot x_{1+}$"
+    assert section.to_dataset().sizes == {"point": 5, "coordinate": 2}
 
 
 def test_without_forcing_there_is_no_phase_to_look_at():
@@ -233,55 +223,4 @@ def test_without_forcing_there_is_no_phase_to_look_at():
         elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=0.9),),
     )  # fmt: skip
     with pytest.raises(vi.InvalidParameterError, match="no forcing"):
-        vi.stroboscopic_section(free, vi.State((2.0,), (0.0,)))
-
-
-# --- following -----------------------------------------------------------------------------------
-
-
-def test_every_step_starts_where_the_last_one_ended():
-    values = [1.2, 1.15, 1.1]
-    steps = sweep_attractor(DAMPER, "omega", values, PLAIN, settle=50, keep=20)
-    state = PLAIN
-    for step, value in zip(steps, values, strict=True):
-        alone = impact_section(replace(DAMPER, omega=value), state, points=20, settle=50)
-        assert step.value == value
-        assert np.array_equal(step.section.position, alone.position)
-        state = step.last
-        assert state == alone.last
-
-
-def test_down_and_up_may_differ_but_agree_on_a_single_attractor():
-    down = sweep_attractor(DAMPER, "omega", [1.3, 1.25, 1.2], PLAIN, settle=3000, keep=10)
-    up = sweep_attractor(DAMPER, "omega", [1.1, 1.15, 1.2], PLAIN, settle=3000, keep=10)
-    assert np.allclose(down[-1].section.x1, up[-1].section.x1, atol=1e-12)
-
-
-def test_a_moving_stop_takes_the_free_mass_along():
-    steps = sweep_attractor(DAMPER, "half_clearance", [5.0, 4.9, 5.1], PLAIN, settle=0, keep=1)
-    for step in steps:
-        u = step.section.x2[-1] - step.section.x1[-1]
-        assert abs(u) == pytest.approx(step.value, rel=1e-15)
-
-
-def test_placing_a_state_keeps_the_centre_of_mass_and_nothing_moves_with_an_equal_stop():
-    state = DAMPER.on_stop("A", x1=0.7, v1=0.1, v2=-3.0, phase=1.0)
-    wider = replace(DAMPER, half_clearance=5.5)
-    placed = carried(wider.mechanism, state, 0, "A", on_stop=True)
-    mass = np.array([1.0, DAMPER.mass_ratio])
-    assert placed.position[1] - placed.position[0] == pytest.approx(5.5, rel=1e-15)
-    assert mass @ placed.position == pytest.approx(float(mass @ state.position), rel=1e-14)
-    assert carried(DAMPER.mechanism, state, 0, "A", on_stop=True) is state
-
-
-def test_a_function_of_the_parameter_can_be_followed():
-    steps = sweep_attractor(
-        bouncing_ball, None, [0.5, 0.4], vi.State((1.0,), (0.0,)), settle=10, keep=5, stop="B"
-    )
-    assert [len(step.section) for step in steps] == [5, 5]
-
-
-@pytest.mark.parametrize("parameter", ["frequency", None])
-def test_a_parameter_that_is_not_there_is_named(parameter):
-    with pytest.raises(vi.InvalidParameterError, match="parameter"):
-        sweep_attractor(DAMPER, parameter, [1.0], PLAIN)
+        vi.section(free, vi.State((2.0,), (0.0,)), at=vi.AtPhase())

@@ -41,7 +41,7 @@ class FirstEvent:
 
     status: vi.Status
     time: float
-    stop: int
+    side: int
     rate: float
 
 
@@ -53,7 +53,7 @@ def first_event(system: Any, state: vi.State, t_max: float = math.inf) -> FirstE
     return FirstEvent(
         vi.Status(int(out["status"][0])),
         float(out["high"][0] + out["low"][0]),
-        0 if out["side"][0] > 0 else 1,
+        int(out["side"][0]),
         float(out["rate_before"][0]),
     )
 

@@ -171,7 +171,7 @@ class Event(NamedTuple):
     time: float
     what: str
     element: int  # as the case numbers them, -1 for none
-    stop: int
+    side: int
     states: tuple[str, ...]  # of every element after it
     position: np.ndarray
 
@@ -192,7 +192,7 @@ def events(case: Case, t_max: float, impacts: int) -> tuple[list[Event], str]:
         states = [kinds[i](int(run.all_states[k][i])).name for i in numbers]
         out.append(
             Event(float(run.time[k]), what, numbers.index(number) if named else -1,
-                  int(run.stop[k]) if named else -1, tuple(states), run.position[k])
+                  int(run.side[k]) if named else 0, tuple(states), run.position[k])
         )  # fmt: skip
         if what == "NON_UNIQUE":
             return out, what
@@ -207,7 +207,7 @@ OPPOSITE |= {y: x for x, y in OPPOSITE.items()}
 def seen_mirrored(e: Event) -> Event:
     """An event of a mirrored machine as one of the machine itself."""
     states = tuple(OPPOSITE.get(s, s) for s in e.states)
-    return e._replace(stop=1 - e.stop if e.stop >= 0 else -1, states=states, position=-e.position)
+    return e._replace(side=-e.side, states=states, position=-e.position)
 
 
 def seen_in_order(e: Event, order: list[int], places: list[int]) -> Event:
@@ -224,7 +224,7 @@ def difference(image: list[Event], own: list[Event], tolerance: float) -> str:
     """What differs first between the events of a machine and those of an image; "" for nothing."""
     for k, (a, b) in enumerate(zip(own, image, strict=False)):
         apart = max(abs(a.time - b.time), float(np.abs(a.position - b.position).max()))
-        same = (a.what, a.element, a.stop, a.states) == (b.what, b.element, b.stop, b.states)
+        same = (a.what, a.element, a.side, a.states) == (b.what, b.element, b.side, b.states)
         if not same or not apart <= tolerance:
             return f"event {k}: {a} or {b}"
     return "" if len(own) == len(image) else f"{len(own)} or {len(image)} events"

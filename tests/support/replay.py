@@ -25,7 +25,7 @@ class Flight:
 
     index: int  # of the event that ends it
     duration: Any
-    stop: int
+    side: int
     before: Any  # (x1, x2, v1, v2)
     contact: reference.Contact | None
     time_tolerance: float
@@ -34,7 +34,7 @@ class Flight:
     def check(self) -> None:
         """Assert that both end at the same stop, at the same time, in the same state."""
         assert self.contact is not None, self
-        assert self.contact.stop == "AB"[self.stop], self
+        assert self.contact.stop == "?AB"[self.side], self
         assert abs(self.duration - self.contact.time) <= self.time_tolerance, self
         z = self.contact.before
         for mine, true in zip(self.before, (z.x1, z.x2, z.v1, z.v2), strict=True):
@@ -53,7 +53,9 @@ def flights(run: vi.Run) -> Iterator[Flight]:
         duration = exact(run.time[i + 1]) - exact(run.time[i])
         (x1, x2), (v1, v2) = run.position[i], run.velocity_after[i]
         z = reference.state(x1, v1, x2, v2, phase=run.phase[i])
-        contact = reference.first_contact(w, z, t_max=2 * duration + 1, from_stop="AB"[run.stop[i]])
+        contact = reference.first_contact(
+            w, z, t_max=2 * duration + 1, from_stop="?AB"[run.side[i]]
+        )
         # what the march may add to the gap, and the rounding of the recorded start: x, v, phase
         eps = stated_eps(d, x1, v1, x2, v2, run.phase[i], float(duration) // step)
         amplitude = float(np.hypot(*map(float, w.apart.forced())))
@@ -64,4 +66,4 @@ def flights(run: vi.Run) -> Iterator[Flight]:
         fast = abs(v1) + abs(v2) + d.omega_n * size + d.force
         state_error = error * max(1.0, d.omega, d.omega_n) + late * fast
         before = (*run.position[i + 1], *run.velocity_before[i + 1])
-        yield Flight(i + 1, duration, int(run.stop[i + 1]), before, contact, late, state_error)
+        yield Flight(i + 1, duration, int(run.side[i + 1]), before, contact, late, state_error)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -47,8 +48,8 @@ def test_a_diagram_of_a_machine_of_friction_has_the_points_of_its_section():
     found = vi.bifurcation_sweep(
         FORCED, over={"damping[0][0]": [0.02, 0.03]}, start=REST, points=6, way="up", **QUIET
     )
-    assert found.attrs["at_phase"] == 0.0
-    section = vi.stroboscopic_section(FORCED, REST, points=6, settle=344)
+    assert json.loads(found.attrs["call"])["at"] == {"phase": 0.0}
+    section = vi.section(FORCED, REST, at=vi.AtPhase(), points=6, settle=344)
     drawn = found["x1"].isel({"damping[0][0]": 0}).values.ravel()
     assert np.allclose(drawn, section.x1, rtol=0.0, atol=1e-12)
 
@@ -78,7 +79,7 @@ def test_periods_of_points_are_the_least_that_repeat():
 
 
 def test_without_force_the_way_out_is_named():
-    with pytest.raises(vi.VibroImpactError, match=r"no forcing.*vi\.classify"):
+    with pytest.raises(vi.VibroImpactError, match=r"with forcing.*vi\.classify"):
         vi.basins(belt(), over={"x1": [0.0, 0.1], "v1": [0.0, 0.1]}, start=REST)
 
 

@@ -54,7 +54,7 @@ def double_well(damping: float) -> vi.Mechanism:
 def test_members_that_come_to_rest_later_rest_on_their_stop(stop: str) -> None:
     over = {"x1": np.linspace(-0.45, 0.45, 6), "v1": np.linspace(-3.0, 3.0, 6)}
     soon, late = (
-        basins(double_well(0.02), over, REST, stop=stop, settle_periods=settle)
+        basins(double_well(0.02), over, REST, at=vi.AtStop(stop), settle_periods=settle)
         for settle in (20, 250)
     )
     assert named(soon) == named(late)
@@ -77,7 +77,7 @@ def test_members_that_never_meet_the_section_settle_all_the_same() -> None:
     )  # fmt: skip
     over = {"x1": np.linspace(-1.0, 0.04, 4), "v1": np.linspace(-1.0, 1.0, 4)}
     for stop in ("A", "B"):
-        assert set(named(basins(light, over, REST, stop=stop))) == {"1-1-0 a"}
+        assert set(named(basins(light, over, REST, at=vi.AtStop(stop)))) == {"1-1-0 a"}
 
 
 @pytest.mark.parametrize("settle", [0, 20, 251])
@@ -107,7 +107,9 @@ def test_a_section_of_the_transient_alone_takes_seconds_not_minutes() -> None:
                   vi.RigidStop((0.0, 1.0), upper=0.4, restitution=0.8)),
     )  # fmt: skip
     start = vi.State((0.0, 0.0), (0.0, 0.0))
-    found = basins(weak, {"x1": [0.0, 0.1], "v2": [1.0, 2.0]}, start, contact=1, settle_periods=0)
+    found = basins(
+        weak, {"x1": [0.0, 0.1], "v2": [1.0, 2.0]}, start, at=vi.AtStop(contact=1), settle_periods=0
+    )
     assert set(named(found)) == {"1-2-0 a"}
 
 

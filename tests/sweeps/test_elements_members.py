@@ -237,9 +237,13 @@ def test_basins_and_diagrams_take_soft_stops_and_moving_ones() -> None:
         found = vi.classify(vi.Family(soft, k=29.0, c=0.0, omega=1.3), state)
         assert str(name).startswith(found.symbol)
     diagram = vi.bifurcation_sweep(
-        vi.Family(table, a=0.3, r=0.5, omega=2.0), over={"a": np.linspace(0.4, 0.6, 3)},
-        start=vi.State((0.5,), (0.0,), 0.1), stop="B", settle_periods=100, progress=False,
-    )  # fmt: skip
+        vi.Family(table, a=0.3, r=0.5, omega=2.0),
+        at=vi.AtStop("B"),
+        over={"a": np.linspace(0.4, 0.6, 3)},
+        start=vi.State((0.5,), (0.0,), 0.1),
+        settle_periods=100,
+        progress=False,
+    )
     height = diagram.x1.values[np.isfinite(diagram.x1.values)]
     assert height.size
     assert np.all(np.abs(height + 0.7) <= 0.6 + 1e-12)  # points lie on the table

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -132,13 +133,20 @@ def test_the_attributes_say_how_attractors_and_ways_were_asked_for() -> None:
     options = {"settle_periods": 20, "periods": 10, "progress": False}
     over = {"omega": [1.1, 1.2]}
     both = vi.bifurcation_sweep(SET_A, over=over, start=START, points=3, **options)
-    assert (both.attrs["way"], both.attrs["follow"]) == ("both", "omega, -omega")
+    place = {"stop": "A", "contact": 0}
+    assert both.attrs["follow"] == "omega, -omega"
+    assert json.loads(both.attrs["call"]) == {
+        "way": "both", "at": place, "points": 3, "observe": [],
+    }  # fmt: skip
     starts = vi.RandomStarts(2, 0, {"x1": (-1.0, 1.0)}, START)
     counted = vi.multistability(SET_A, over=over, start=starts, tolerance=0.01, **options)
-    assert counted.attrs["tolerance"] == 0.01
+    assert json.loads(counted.attrs["call"]) == {"at": place, "tolerance": 0.01}
     grid = {"x1": [0.0], "v1": [0.0]}
     found = vi.basins(SET_A, over=grid, start=START, tolerance=0.02, most=3, **options)
-    assert (found.attrs["tolerance"], found.attrs["most"]) == (0.02, 3)
+    assert (
+        json.loads(found.attrs["call"]).items()
+        >= {"tolerance": 0.02, "most": 3, "over": grid}.items()
+    )
 
 
 def test_a_plane_of_other_than_two_parameters_is_refused() -> None:
@@ -176,7 +184,7 @@ def test_the_points_of_a_diagram_are_those_of_the_section() -> None:
         SET_A, over={"omega": [1.2]}, start=START, way="up", points=3, observe="lyapunov",
         progress=False,
     )  # fmt: skip
-    section = vi.impact_section(SET_A, START, settle=600, points=3)
+    section = vi.section(SET_A, START, settle=600, points=3)
     for name, values in {"x1": section.x1, "v1": section.v1, "phase": section.phase}.items():
         # settled: the orbit attracts by 0.98 per period, 250 periods leave 1e-9 of order 1
         np.testing.assert_allclose(diagram[name].values.ravel(), values, atol=1e-7)
@@ -256,7 +264,7 @@ def test_mirror_images_are_two_attractors(basins_b: xr.Dataset) -> None:
     assert not a.symmetric
     # points at stop A of one against those at stop A of the other: they differ
     assert np.abs(np.sort(a.section.x1[-8:]) - np.sort(b.section.x1[-8:])).max() > 0.05
-    other = vi.impact_section(SET_B, a.section.last, stop="B", points=8, settle=0)
+    other = vi.section(SET_B, a.section.last, at=vi.AtStop("B"), points=8, settle=0)
     np.testing.assert_allclose(np.sort(other.x1), np.sort(image), atol=1e-6)
 
 
@@ -276,9 +284,7 @@ def settled_already(*_: object) -> xr.Dataset:
 def test_labels_do_not_depend_on_the_order_of_the_members(basins_b: xr.Dataset) -> None:
     turned = basins_b.isel(x1=slice(None, None, -1), v1=slice(None, None, -1))
     own = turned.drop_vars(["attractor", *(v for v in turned if "label" in turned[v].dims)])
-    labels, found, _ = label_attractors(
-        SET_B, own, np.zeros(81), settled_already, contact=0, stop="A"
-    )
+    labels, found, _ = label_attractors(SET_B, own, np.zeros(81), settled_already, at=vi.AtStop())
     names = {one.word for one in found}
     assert names == set(basins_b.name.values)
     for code, one in enumerate(found):
@@ -298,9 +304,14 @@ def test_motions_that_come_to_rest_are_named_by_their_stop() -> None:
         elements=(vi.RigidStop((1.0,), lower=0.0, upper=3.0, restitution=0.5),),
     )  # fmt: skip
     found = vi.basins(
-        free, over={"x1": [0.5, 1.0, 2.0], "v1": [0.0, 1.0]}, start=vi.State((0.0,), (0.0,)),
-        settle_periods=10, periods=3, stop="B", progress=False,
-    )  # fmt: skip
+        free,
+        at=vi.AtStop("B"),
+        over={"x1": [0.5, 1.0, 2.0], "v1": [0.0, 1.0]},
+        start=vi.State((0.0,), (0.0,)),
+        settle_periods=10,
+        periods=3,
+        progress=False,
+    )
     assert found.name.values.tolist() == ["at rest on stop B"]
     assert float(found.share.item()) == 1.0
 
@@ -391,13 +402,15 @@ def test_motions_that_never_meet_the_section_are_told_apart_by_their_symbol() ->
     start = vi.State((0.0,), (0.0,))
     wall = one_sided(0.8)
     names = [
-        vi.basins(wall, over=over, start=start, stop=stop, progress=False).name.values.tolist()
+        vi.basins(
+            wall, at=vi.AtStop(stop), over=over, start=start, progress=False
+        ).name.values.tolist()
         for stop in ("A", "B")
     ]
     assert names[0] == names[1]
     assert names[0][0].endswith("-0 a")  # impacts at A alone
     short = vi.basins(
-        wall, over=over, start=start, stop="B", settle_periods=0, periods=2, progress=False
+        wall, at=vi.AtStop("B"), over=over, start=start, settle_periods=0, periods=2, progress=False
     )
     assert short.name.values.tolist() == ["not periodic a"]
     assert short.kind.values.tolist() == ["undecided"]
@@ -409,10 +422,10 @@ def test_motions_that_never_meet_the_section_are_counted_by_their_symbol() -> No
     for stop in ("A", "B"):
         met = vi.multistability(
             walls,
+            at=vi.AtStop(stop),
             over={"omega": [0.8, 1.5]},
             start=starts,
             settle_periods=300,
-            stop=stop,
             progress=False,
         )
         assert met.attractors.values.tolist() == [1, 1]
@@ -445,7 +458,7 @@ def test_misuse_of_basins_is_refused() -> None:
     with pytest.raises(vi.InvalidParameterError, match="observe = 'power': must be left out"):
         vi.basins(SET_A, over=grid, start=START, observe="power")
     with pytest.raises(vi.InvalidParameterError, match="contact = 3: must be 0"):
-        vi.basins(SET_A, over=grid, start=START, contact=3)
+        vi.basins(SET_A, at=vi.AtStop(contact=3), over=grid, start=START)
     with pytest.raises(vi.InvalidParameterError, match=r"Compute them with vi\.basins"):
         vi.attractor_state(xr.Dataset({"n": 1}), "1-1-1 a")
 

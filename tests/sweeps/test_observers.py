@@ -36,7 +36,7 @@ def test_the_section_is_the_last_impacts_at_a_stop(
         return  # the ball has a floor only
     record = case.record()
     found = case.member(Section(points=points, stride=stride, stop=stop))
-    there = (record.contact == 0) & (record.stop == "AB".index(stop))
+    there = (record.contact == 0) & (record.side == {"A": 1, "B": -1}[stop])
     at = np.flatnonzero(impacts_in_window(case, record) & there)[::stride][-points:]
     for kind, wanted in (
         ("time", record.time), ("phase", record.phase), ("position", record.position),
@@ -81,9 +81,14 @@ def test_a_motion_without_impacts_has_states_at_a_phase() -> None:
 
     omegas = np.array([0.3, 1.7, 2.6])
     diagram = vi.bifurcation_sweep(
-        vi.Family(system, omega=1.0), over={"omega": omegas}, start=vi.State((0.0,), (0.0,)),
-        points=4, at_phase=1.0, settle_periods=400, progress=False,
-    )  # fmt: skip
+        vi.Family(system, omega=1.0),
+        at=vi.AtPhase(1.0),
+        over={"omega": omegas},
+        start=vi.State((0.0,), (0.0,)),
+        points=4,
+        settle_periods=400,
+        progress=False,
+    )
     z = 0.5 * np.exp(1j) / (1.0 - omegas**2 + 0.1j * omegas)
     assert dict(diagram.x1.sizes) == {"direction": 2, "omega": 3, "strobe": 4}
     for values, closed in ((diagram.x1, z.imag), (diagram.v1, (1j * omegas * z).imag)):
@@ -109,7 +114,7 @@ def test_impacts_are_counted_per_forcing_period_or_unit_of_time(name: str) -> No
     rate = case.mechanism.omega / (2.0 * math.pi) if case.mechanism.forces else 1.0
     periods = case.observe * rate
     for stop in "ab":
-        count = (impacts_in_window(case, record) & (record.stop == "ab".index(stop))).sum()
+        count = (impacts_in_window(case, record) & (record.side == {"a": 1, "b": -1}[stop])).sum()
         # the period, the observed time and their quotient round once each
         assert found[f"impacts_{stop}"] == pytest.approx(count / periods, rel=8.0 * UNIT)
 

@@ -41,12 +41,12 @@ def symbol_of(case: Case, record: vi.Run, tolerance: float, returns: int) -> tup
         return 0, 0, 0
     first = tuple(part[:1] for part in states(record, at, omega))
     back = same(first, states(record, at, omega), tolerance)
-    back &= (record.contact[at] == record.contact[at[0]]) & (record.stop[at] == record.stop[at[0]])
+    back &= (record.contact[at] == record.contact[at[0]]) & (record.side[at] == record.side[at[0]])
     for k in range(1, (len(at) - 1) // returns + 1):
         if back[k::k].all():
             part = at[1 : k + 1]
             periods = (record.time[at[k]] - record.time[at[0]]) * omega / (2.0 * math.pi)
-            p, q = ((record.stop[part] == stop).sum() for stop in (0, 1))
+            p, q = ((record.side[part] == side).sum() for side in (1, -1))
             return round(periods), int(p), int(q)
     return 0, 0, 0
 
@@ -87,7 +87,7 @@ def test_settling_is_the_time_of_the_last_impact_off_the_orbit(omega: float) -> 
     assert period == 2
     orbit = at[len(at) - 1 - (len(at) - 1 - np.arange(len(at))) % period]
     off = ~same(states(record, orbit, omega), states(record, at, omega), 1e-4)
-    off |= record.stop[orbit] != record.stop[at]
+    off |= record.side[orbit] != record.side[at]
     assert found["settling"] == record.time[at[np.flatnonzero(off)[-1]]] > 10.0
 
 

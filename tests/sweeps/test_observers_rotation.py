@@ -101,7 +101,7 @@ def test_a_locked_motion_has_its_fraction(name: str, omega: float, period: int) 
     case = damper_case(name, omega, 3000, 1000)
     record, found = case.record(), case.member("rotation", "symbol")
     assert [int(found[k]) for k in "npq"] == [period] * 3
-    at = np.flatnonzero(impacts_in_window(case, record) & (record.stop == 0))[-period:]
+    at = np.flatnonzero(impacts_in_window(case, record) & (record.side == 1))[-period:]
     x, v = record.position[at, 0], record.velocity_after[at, 0]
     wanted = order_of((x - x.mean()) / np.ptp(x) + 1j * (v - v.mean()) / np.ptp(v))
     # the turns repeat themselves after at most 8: their average over 1000 has converged
@@ -126,7 +126,7 @@ def bump(t: Any) -> Any:
 
 def by_definition(case: Case, record: vi.Run, stride: int) -> tuple[float, float]:
     """The formulas of observe/rotation.hpp, on the record."""
-    at = impacts_in_window(case, record) & (record.contact == 0) & (record.stop == 0)
+    at = impacts_in_window(case, record) & (record.contact == 0) & (record.side == 1)
     u, t = (x[at][::stride] for x in (-record.rate_before, record.time))
     a, b, t = u[2:] - u[:-2], u[2:] - 2.0 * u[1:-1] + u[:-2], (t[2:] - case.settle) / case.observe
     early, size = t < 0.125, 1e-6 * np.max([u[2:], u[1:-1], u[:-2]], axis=0)

@@ -47,14 +47,14 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
         **SHORT,
     ),
     "basins": lambda: vi.basins(
-        DAMPER, over={"v2": [0.0, 1.0], "phase": [0.0, 1.0]}, start=START, stop="B",
+        DAMPER, over={"v2": [0.0, 1.0], "phase": [0.0, 1.0]}, start=START, at=vi.AtStop("B"),
         tolerance=1e-4, most=5, **SHORT,
     ),
     "a count": lambda: vi.multistability(
-        DAMPER, over=GRID, start=RANDOM, stop="B", tolerance=1e-4, **SHORT
+        DAMPER, over=GRID, start=RANDOM, at=vi.AtStop("B"), tolerance=1e-4, **SHORT
     ),
     "a diagram, both ways": lambda: vi.bifurcation_sweep(
-        DAMPER, over={"omega": [1.0, 1.1]}, start=START, stop="B", points=4, observe="lyapunov",
+        DAMPER, over={"omega": [1.0, 1.1]}, start=START, at=vi.AtStop("B"), points=4, observe="lyapunov",
         **SHORT,
     ),
     "a diagram down": lambda: vi.bifurcation_sweep(
@@ -62,10 +62,10 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
     ),
     "a diagram at a phase": lambda: vi.bifurcation_sweep(
         DAMPER, over={"omega": [1.0, 1.1]}, start=START, observe="section", points=3,
-        at_phase=0.5, **SHORT,
+        at=vi.AtPhase(0.5), **SHORT,
     ),
     "a diagram at the user's phase": lambda: vi.bifurcation_sweep(
-        DAMPER, over={"omega": [1.0, 1.1]}, start=START, at_phase=0.5,
+        DAMPER, over={"omega": [1.0, 1.1]}, start=START, at=vi.AtPhase(0.5),
         observe=vi.observe.Stroboscopic(points=3, phase=1.5), **SHORT,
     ),
     "a diagram of random starts": lambda: vi.bifurcation_sweep(
@@ -109,9 +109,9 @@ def test_what_is_given_is_asked_instead() -> None:
 
 def test_a_section_of_a_diagram_is_asked_instead() -> None:
     diagram = MADE["a diagram, both ways"]()
-    other = vi.rerun_sweep(diagram, points=7, stop="A", progress=False)
+    other = vi.rerun_sweep(diagram, points=7, at=vi.AtStop("A"), progress=False)
     expected = vi.bifurcation_sweep(
-        DAMPER, over={"omega": [1.0, 1.1]}, start=START, stop="A", points=7, observe="lyapunov",
+        DAMPER, over={"omega": [1.0, 1.1]}, start=START, at=vi.AtStop("A"), points=7, observe="lyapunov",
         **SHORT,
     )  # fmt: skip
     xr.testing.assert_identical(other, expected)

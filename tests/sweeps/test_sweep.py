@@ -7,6 +7,7 @@ import itertools
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact._core import progress
+from vibroimpact.sweeps.execution.compute import placed
 from vibroimpact.sweeps.execution.tiles import (
     compiled_bytes,
     members_per_tile,
@@ -458,3 +460,15 @@ def test_a_parameter_named_like_a_result_is_refused():
 
     with pytest.raises(vi.InvalidParameterError, match="'n'"):
         vi.sweep(vi.Family(build, n=5.0), over={"n": [4.0, 5.0]}, start=PLAIN, **SHORT)
+
+
+def test_a_state_behind_a_stop_is_put_on_it_with_the_centre_of_mass_in_its_place() -> None:
+    damper = paper_damper("A", 1.2)
+    state = damper.on_stop("A", x1=0.7, v1=0.1, v2=-3.0, phase=1.0)
+    assert placed(damper.mechanism, state) is state
+    near = replace(damper, half_clearance=damper.half_clearance - 0.5)
+    there = placed(near.mechanism, state)
+    gap = there.position[1] - there.position[0]
+    assert gap == pytest.approx(near.half_clearance, rel=1e-15)
+    mass = np.array([1.0, damper.mass_ratio])
+    assert mass @ there.position == pytest.approx(float(mass @ state.position), rel=1e-14)

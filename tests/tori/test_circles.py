@@ -308,7 +308,7 @@ def test_a_family_shrinks_to_the_neimark_sacker_point() -> None:
 
 def full_map_points(circle: vi.Circle, points: int) -> np.ndarray:
     """Iterates of the full map by simulation from a point of the circle."""
-    section = vi.impact_section(circle.subject, circle.state(), points=points, settle=0)
+    section = vi.section(circle.subject, circle.state(), points=points, settle=0)
     return np.column_stack([section.x1, section.v1])
 
 
@@ -467,7 +467,7 @@ def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> 
     # Motions stay on the circle below the fold, and lock to the orbit 2-2-2 above it.
     for side, symbol in ((-1.0, None), (1.0, "2-2-2")):
         damper = paper_damper("A", fold.parameter + side * 5e-6)
-        section = vi.impact_section(damper, fold.circle.state(), points=150_000, settle=0)
+        section = vi.section(damper, fold.circle.state(), points=150_000, settle=0)
         width = float(np.std(section.x1[-4000:]) / np.std(fold.circle.points[:, 0]))
         assert (width < 1.1) == (symbol is None), (side, width)
         assert symbol in (None, vi.classify(damper, section.last).symbol)

@@ -18,8 +18,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count, real
-from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.checks import check_count
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.orbit_type import (
     OrbitType,
@@ -36,29 +35,15 @@ from vibroimpact.attractors.point_sets import (
     classify_points,
 )
 from vibroimpact.attractors.rotation import Rotation, weighted_average
-from vibroimpact.attractors.windows import (
-    EXPONENT_IMPACTS,
-    AtStop,
-    Sampler,
-    Window,
-    sampler_of,
-    without_stops,
-)
+from vibroimpact.attractors.windows import EXPONENT_IMPACTS, Sampler, Window
 from vibroimpact.model.state import State
-from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations
 from vibroimpact.simulation.lyapunov import LyapunovEstimate, no_exponent
-from vibroimpact.simulation.sections import (
-    Section,
-    SectionPoints,
-    check_points,
-    check_stop,
-    scale_of,
-)
+from vibroimpact.simulation.places import At, AtStop, place_in, place_without_stops
+from vibroimpact.simulation.sections import Section, check_points, scale_of
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, RunEnd, Status
 from vibroimpact.simulation.simulator import Simulator
-from vibroimpact.simulation.state_sections import AnySection, check_change
 
 SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
 # A stop and a state on it agree within so much of their size.
@@ -110,8 +95,7 @@ class Attractor:
     rest
         "at rest on stop A" (or B, or several) of a motion that ends at rest there; else empty.
     section
-        The points of the last window: a :class:`Section`, :class:`StroboscopicSection` or
-        :class:`StateSection`.
+        The points of the last window.
     """
 
     shape: InvariantSet
@@ -124,7 +108,7 @@ class Attractor:
     impacts: int
     chatters: int
     sticks: int
-    section: AnySection = field(repr=False)
+    section: Section = field(repr=False)
     progress: Floats = field(repr=False)
     transient: int = 0
     windows: tuple[tuple[int, str], ...] = ()
@@ -193,9 +177,7 @@ def classify(
     settle: int = 1000,
     points: int = 4000,
     max_settle: int = 64_000,
-    stop: StopName = "A",
-    contact: int = 0,
-    at_phase: float | None = None,
+    at: At | None = None,
 ) -> Attractor:
     """Classify the attractor on which a motion settles.
 
@@ -213,13 +195,10 @@ def classify(
     max_settle
         Longest settling; chaos that lasts as long is called chaotic. Where nothing decides, all is
         repeated with 4, then 16 times ``points`` and ``max_settle``.
-    stop, contact
-        The section, as in :func:`~vibroimpact.impact_section`. Where ``contact`` is friction or a
-        phase switch, or so seldom met that other events fill the record, points are taken once per
-        forcing period, and without forcing at its changes, as in
-        :func:`~vibroimpact.state_section`.
-    at_phase
-        Take the points once per forcing period, at this phase of the force in radians.
+    at
+        Where the points are, as in :func:`~vibroimpact.section`. Where a stop is so seldom met that
+        other events fill the record, they are taken at phase 0 of the force, and without forcing at
+        the changes of the first friction.
 
     Returns
     -------
@@ -229,7 +208,7 @@ def classify(
     Raises
     ------
     InvalidParameterError
-        A bad start, counts out of range, no such stop, ``at_phase`` without forcing or with a stop.
+        A bad start, counts out of range, no such place.
 
     Notes
     -----
@@ -250,15 +229,14 @@ def classify(
     check_count("settle", settle, 1)
     check_count("points", points, FEWEST_POINTS)
     check_count("max_settle", max_settle, settle)
-    _check_section(system, contact, stop, at_phase)
-    check_points("points", points, system)
-    begin = partial(Simulator, system, state)
-    found = _decided(
-        lambda: sampler_of(begin(), contact, stop, at_phase), settle, max_settle, points
-    )
+    at = place_in(system, at)
+    check_points(system, at, points)
+    motion = partial(Simulator, system, state)
+    found = _decided(lambda: Sampler(motion(), at), settle, max_settle, points)
     few = len(found.section) < FEWEST_POINTS
-    if few and found.section.end is RunEnd.EVENTS and isinstance(found.section, Section):
-        found = _decided(lambda: without_stops(begin(), contact), settle, max_settle, points)
+    if few and found.section.end is RunEnd.EVENTS and isinstance(at, AtStop):
+        other = place_without_stops(mechanism_of(system), at.contact)
+        found = _decided(lambda: Sampler(motion(), other), settle, max_settle, points)
     return found
 
 
@@ -274,26 +252,6 @@ def _decided(
     return found
 
 
-def _check_section(system: System, contact: int, stop: StopName, at_phase: float | None) -> None:
-    """Refuse a section that the system does not have."""
-    mechanism = mechanism_of(system)
-    check_change(system, contact, None, "contact")
-    if at_phase is None:
-        if mechanism.elements[contact].is_stop:
-            check_stop(system, contact, stop)
-        return
-    real("at_phase", at_phase)
-    if not mechanism.forces:
-        raise InvalidParameterError(
-            f"at_phase = {at_phase}: the system has no forcing, so that no phase repeats. Leave it "
-            "out."
-        )
-    if (contact, stop) != (0, "A"):
-        raise InvalidParameterError(
-            f"contact = {contact}, stop = {stop!r}: are for impacts; not with at_phase."
-        )
-
-
 def _windows(
     sampler: Sampler, settle: int, max_settle: int, points: int
 ) -> Iterator[tuple[int, Attractor]]:
@@ -307,7 +265,7 @@ def _windows(
         yield spent, window
         if window.kind in (Kind.PERIODIC, Kind.SILENT, Kind.DIVERGED):
             return
-        if isinstance(sampler, AtStop) and taken.end is RunEnd.EVENTS:
+        if isinstance(sampler.at, AtStop) and taken.end is RunEnd.EVENTS:
             return  # other events fill the record: another section is needed
         spent, settle = spent + taken.length, settle * SETTLING_FACTOR
         if window.exponent.earlier and changes < MOST_CHANGES:
@@ -336,10 +294,11 @@ def _with_history(windows: list[tuple[int, Attractor]]) -> Attractor:
 def _classified(sampler: Sampler, window: Window) -> Attractor:
     """Classify a window of a motion, which is at its end."""
     motion, part, section = sampler.motion, window.part, window.section
-    points = part if isinstance(section, Section) else section  # all impacts, at other stops, too
+    at_stop = isinstance(sampler.at, AtStop)
+    points = part if at_stop else section  # all impacts, at other stops, too
     before, time = part.velocity_before, section.time
     scale = scale_of(points.position, points.velocity, before, time, motion.system)
-    full = isinstance(sampler, AtStop) and window.end is RunEnd.EVENTS  # impacts are too seldom
+    full = at_stop and window.end is RunEnd.EVENTS  # impacts are too seldom
     exponent = no_exponent(window.end) if full else sampler.exponent()
     rest = ""
     if window.end is RunEnd.POINTS and len(section) < FEWEST_POINTS:
@@ -373,7 +332,7 @@ def _classified(sampler: Sampler, window: Window) -> Attractor:
     )
 
 
-def _progress(section: SectionPoints, shape: InvariantSet, translations: Translations) -> Floats:
+def _progress(section: Section, shape: InvariantSet, translations: Translations) -> Floats:
     """Drift per forcing period, or per time without forcing: over a loop, or all points."""
     n = section.position.shape[1]
     first = -1 - shape.period if shape.period else 0
@@ -388,7 +347,7 @@ def _progress(section: SectionPoints, shape: InvariantSet, translations: Transla
     return drift
 
 
-def _size(section: SectionPoints, translations: Translations) -> float:
+def _size(section: Section, translations: Translations) -> float:
     """Size of the motion without its drift: at its section points, or how far its speed carries it."""
     place = np.abs(translations.removed(section.position)).max()
     way = np.abs(section.velocity).max() * np.median(np.diff(section.time))

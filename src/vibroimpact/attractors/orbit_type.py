@@ -19,7 +19,8 @@ from vibroimpact._core.types import Complexes
 from vibroimpact.attractors.point_sets import InvariantSet, Kind
 from vibroimpact.attractors.windows import Window
 from vibroimpact.model.system import mechanism_of
-from vibroimpact.simulation.sections import Scale, Section
+from vibroimpact.simulation.places import AtStop
+from vibroimpact.simulation.sections import Scale
 from vibroimpact.simulation.simulate import RunEnd, Status, events_for, flight_limit_of, phases_of
 from vibroimpact.simulation.simulator import Impacts, Simulator
 
@@ -66,8 +67,8 @@ def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
 def loop_of(shape: InvariantSet, window: Window) -> tuple[int, int]:
     """Indices of impacts: the last closed loop has those after the first, up to the last."""
     part, section = window.part, window.section
-    if isinstance(section, Section):
-        here = part.at(section.contact, section.stop)
+    if isinstance(section.at, AtStop):
+        here = part.at(section.at.contact, section.at.stop)
         return int(here[-1 - shape.period]), int(here[-1])
     ends = section.time[[-1 - shape.period, -1]]
     first, last = np.searchsorted(part.time, ends, side="right") - 1
@@ -82,7 +83,7 @@ def orbit_type(shape: InvariantSet, window: Window) -> OrbitType | None:
     elapsed = section.time[-1] - section.time[-1 - shape.period]
     periods = float(elapsed) * mechanism_of(section.system).omega / (2.0 * np.pi)
     whole = round(periods) if abs(periods - round(periods)) <= WHOLE_PERIODS * periods else 0
-    contact = section.contact if isinstance(section, Section) else 0
+    contact = section.at.contact if isinstance(section.at, AtStop) else 0
     return OrbitType(whole, *_counts(window.part, *loop_of(shape, window), contact))
 
 
@@ -110,12 +111,12 @@ def multipliers(motion: Simulator, shape: InvariantSet, window: Window) -> Compl
     lines = len(motion.compiled.mechanism.forces)
     if shape.kind is not Kind.PERIODIC or window.part.sticks or lines > 1:
         return None
-    section = window.section
-    return _of_impacts(motion, shape, window, section) if isinstance(section, Section) else None
+    at = window.section.at
+    return _of_impacts(motion, shape, window, at) if isinstance(at, AtStop) else None
 
 
 def _of_impacts(
-    motion: Simulator, shape: InvariantSet, window: Window, section: Section
+    motion: Simulator, shape: InvariantSet, window: Window, at: AtStop
 ) -> Complexes | None:
     """Multipliers by (1)."""
     from scipy.linalg import null_space
@@ -124,7 +125,7 @@ def _of_impacts(
     first, last = loop_of(shape, window)
     if not np.all(np.isin(part.status[first : last + 1], (Status.IMPACT, Status.ENGAGE))):
         return None
-    stop = mechanism.elements[section.contact]
+    stop = mechanism.elements[at.contact]
     row = np.array(stop.row)[None, :]
     n, lines = len(row[0]), len(mechanism.forces)
     basis = np.zeros((2 * n + lines, 2 * n + lines - 1))
@@ -153,12 +154,12 @@ def is_symmetric(shape: InvariantSet, window: Window, scale: Scale) -> bool | No
     """
     from scipy.spatial import cKDTree
 
-    part, section = window.part, window.section
+    part, at = window.part, window.section.at
     decided = shape.kind in (Kind.PERIODIC, Kind.QUASIPERIODIC)
-    if not decided or not isinstance(section, Section):
+    if not decided or not isinstance(at, AtStop):
         return None
     tail = 2 * shape.period if shape.kind is Kind.PERIODIC else len(part.high)
-    a, b = (part.at(section.contact, stop)[-tail:] for stop in ("A", "B"))
+    a, b = (part.at(at.contact, stop)[-tail:] for stop in ("A", "B"))
     if not a.size or not b.size:
         return False
     here, there = (

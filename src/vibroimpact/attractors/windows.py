@@ -1,28 +1,28 @@
 """Windows of a motion: points on a section, and the impacts between the first and the last.
 
-A section is at the impacts at one stop, at one phase of the force, or at the changes of state of an
-element; what the points are decides how far a motion is settled, too: by so many impacts, forcing
-periods or changes.
+What the points are decides how far a motion is settled, too: by so many impacts, forcing periods or
+changes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any
 
 from vibroimpact._core.progress import Announcement
 from vibroimpact.attractors.point_sets import FEWEST_POINTS
-from vibroimpact.model.stop import StopName
 from vibroimpact.simulation.lyapunov import LyapunovEstimate, exponent_from
+from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 from vibroimpact.simulation.sections import (
-    IMPACTS_PER_POINT,
-    section_of,
-    strobe_of,
+    EVENTS_PER_POINT,
+    Section,
+    section_of_impacts,
     strobe_times,
+    take_changes,
+    take_strobes,
 )
 from vibroimpact.simulation.simulate import RunEnd
 from vibroimpact.simulation.simulator import Impacts, Simulator, joined
-from vibroimpact.simulation.state_sections import AnySection, take_changes
 
 EXPONENT_IMPACTS = 50_000  # error some 1 / 200 of the spread of the growth per impact
 EVENTS_PER_IMPACT = 4  # events that count as an impact where there is none
@@ -37,150 +37,84 @@ class Window:
     """
 
     part: Impacts
-    section: AnySection
+    section: Section
     end: RunEnd
     length: int
     found: str = ""
 
 
-class Sampler(Protocol):
-    """A motion with the section on which its points are taken."""
+@dataclass
+class Sampler:
+    """A motion, from its start on, with the place where its points are taken.
+
+    ``index``, ``now``: forcing periods that have passed, and the time after them.
+    """
 
     motion: Simulator
+    at: At
+    index: int = 0
+    now: float = 0.0
 
     def settle(self, count: int) -> None:
-        """Advance by so many impacts, periods or changes."""
+        """Advance by so many impacts, at all stops, or forcing periods, or changes."""
+        if not count:
+            return
+        match self.at:
+            case AtStop():
+                self.motion.settle(count)
+            case AtPhase():
+                self.index += count
+                self.now = float(strobe_times(self.motion, self.at, self.index, 1)[0])
+                self.motion.advance_to(self.now)
+            case AtChange():
+                take_changes(self.motion, self.at, 1, count - 1)
 
     def take(self, points: int) -> Window:
-        """Record the next points."""
+        """Record so many points, or as many as come."""
+        match self.at:
+            case AtStop():
+                return self._impacts(self.at, points)
+            case AtPhase():
+                return self._strobes(self.at, points)
+            case AtChange():
+                return self._changes(self.at, points)
 
     def exponent(self) -> LyapunovEstimate:
         """Estimate the exponent from here; the motion stays."""
+        per_impact = 1 if isinstance(self.at, AtStop) else EVENTS_PER_IMPACT
+        return exponent_from(self.motion, EXPONENT_IMPACTS // per_impact)
 
-
-@dataclass
-class AtStop:
-    """Points just after the impacts at one stop."""
-
-    motion: Simulator
-    contact: int
-    stop: StopName
-
-    def settle(self, count: int) -> None:
-        """Advance by so many impacts, at all stops."""
-        self.motion.settle(count)
-
-    def take(self, points: int) -> Window:
-        """Record so many points, or as many as come."""
-        part = self.motion.record(self._impacts_for(points), points)
-        whole = part.at(self.contact, self.stop).size >= points
-        reason = RunEnd.IMPACTS if whole else part.end
-        section = section_of(self.motion, [part], self.contact, self.stop, points, reason)
+    def _impacts(self, at: AtStop, points: int) -> Window:
+        """Twice as many impacts again and again, in one record, until enough of them are at the stop."""
+        motion, count = self.motion, 2 * points
+        begin = motion.at, motion.last
+        part = motion.record(count, points)
+        while (
+            part.at(at.contact, at.stop).size < points
+            and part.end is RunEnd.IMPACTS
+            and count < EVENTS_PER_POINT * points
+        ):
+            count *= 2
+            motion.at, motion.last = begin
+            part = motion.record(count, points)
+        section = section_of_impacts(motion, at, [part], points, part.end)
         enough = part.end is RunEnd.EVENTS and len(section) >= FEWEST_POINTS
         end = RunEnd.POINTS if part.end is RunEnd.IMPACTS or enough else part.end
-        here = f"{len(section)} of {len(part.high)} impacts are at stop {self.stop} of contact "
-        found = f"{here}{self.contact}: take another stop or contact."
+        here = f"{len(section)} of {len(part.high)} impacts are at stop {at.stop} of contact "
+        found = f"{here}{at.contact}: take another stop or contact."
         return Window(part, section, end, len(part.high), found)
 
-    def exponent(self) -> LyapunovEstimate:
-        """Estimate the exponent over the next impacts."""
-        return exponent_from(self.motion, EXPONENT_IMPACTS)
-
-    def _impacts_for(self, points: int) -> int:
-        """Number of impacts at all stops that hold so many section points, from a trial run."""
-        motion = self.motion
-        at, last = motion.at, motion.last
-        count = 2 * points
-        while True:
-            part = motion.record(count, points)
-            motion.at, motion.last = at, last
-            enough = part.at(self.contact, self.stop).size >= points
-            if enough or part.end is not RunEnd.IMPACTS or count >= IMPACTS_PER_POINT * points:
-                return count
-            count *= 2
-
-
-@dataclass
-class _AtNoStop:
-    """Points that are at no stop."""
-
-    motion: Simulator
-
-    def exponent(self) -> LyapunovEstimate:
-        """Estimate the exponent from here: without stops over as many events as elsewhere impacts."""
-        return exponent_from(self.motion, EXPONENT_IMPACTS // EVENTS_PER_IMPACT)
-
-
-@dataclass
-class AtPhase(_AtNoStop):
-    """Points once per forcing period, with impacts or without; the motion is at its start."""
-
-    phase: float = 0.0
-    now: float = field(default=0.0, init=False)
-    index: int = field(default=0, init=False)
-
-    def settle(self, count: int) -> None:
-        """Advance by so many forcing periods."""
-        if count:
-            self.index += count
-            self.now = float(self._times(1)[0])
-            self.motion.advance_to(self.now)
-
-    def take(self, points: int) -> Window:
-        """Record so many points."""
-        times, parts = self._times(points), list[Any]()
-        rows, end = self.motion.states_at(times, self.now, parts, Announcement("points", points))
-        self.index, self.now = self.index + points, float(times[-1])
-        section = strobe_of(self.motion, rows, times, self.phase, end)
+    def _strobes(self, at: AtPhase, points: int) -> Window:
+        parts, announcement = list[Any](), Announcement("points", points)
+        section = take_strobes(self.motion, at, points, self.index, self.now, parts, announcement)
+        self.index += points
+        self.now = float(strobe_times(self.motion, at, self.index - 1, 1)[0])
         part = joined([self.motion.impacts_of(part) for part in parts])
-        return Window(part, section, RunEnd.POINTS if end is RunEnd.HORIZON else end, points)
+        return Window(part, section, section.end, points)
 
-    def _times(self, points: int) -> Any:
-        mechanism, start = self.motion.compiled.mechanism, self.motion.start
-        return strobe_times(mechanism, start.phase, self.phase, self.index, points)
-
-
-@dataclass
-class AtChange(_AtNoStop):
-    """Points just after an element has changed its state."""
-
-    element: int
-
-    def settle(self, count: int) -> None:
-        """Advance by so many changes."""
-        if count:
-            take_changes(self.motion, 1, self.element, None, discard=count - 1)
-
-    def take(self, points: int) -> Window:
-        """Record so many points, or as many as come."""
-        section, parts = take_changes(self.motion, points, self.element, None)
+    def _changes(self, at: AtChange, points: int) -> Window:
+        section, parts = take_changes(self.motion, at, points)
         part = joined([self.motion.impacts_of(part) for part in parts])
-        found = f"element {self.element} changes its state {len(section)} times: take another one."
+        found = f"element {at.element} changes its state {len(section)} times: take another one."
         end = RunEnd.POINTS if section.end is RunEnd.EVENTS else section.end
         return Window(part, section, end, len(section), found)
-
-
-def sampler_of(motion: Simulator, contact: int, stop: StopName, at_phase: float | None) -> Sampler:
-    """The section of a motion: at a phase that is given; at a stop; else where there is one.
-
-    Of an element without a stop, at phase 0 of the force, or without force at its changes.
-    """
-    if at_phase is not None:
-        return AtPhase(motion, at_phase)
-    if motion.compiled.mechanism.elements[contact].is_stop:
-        return AtStop(motion, contact, stop)
-    return without_stops(motion, contact)
-
-
-def without_stops(motion: Simulator, element: int) -> Sampler:
-    """The section of a motion at its start that no stop is needed for.
-
-    Without forcing, at the changes of this element, or of the first friction if it is a stop.
-    """
-    mechanism = motion.compiled.mechanism
-    if mechanism.forces:
-        return AtPhase(motion)
-    if mechanism.elements[element].is_stop:
-        rubs = [i for i, part in enumerate(mechanism.elements) if part.slipping]
-        element = (*rubs, element)[0]
-    return AtChange(motion, element)

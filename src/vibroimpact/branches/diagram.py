@@ -10,7 +10,7 @@ Method      From the branch of the orbit, branches are switched (switch.py) once
                 value of the parameter is not new. Compared are the orbits at PROBES of its points
                 with those that Newton's method finds between neighbouring points of the known
                 branch that enclose the value, within SAME.                                    (2)
-            For the attractors, one motion is followed through the range upwards, then back.
+            The attractors are those of a bifurcation_sweep, upwards and then back.
 Accuracy    of the branches, continuation; (1) and (2) the tolerances stated
 Fails       a junction where no branch was found is listed with its reason
 Reference   theory.md, "Branches"
@@ -35,7 +35,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
-from vibroimpact.branches.behind import swept
+from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import BifurcationPoint, Branch
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.profile import place_of
@@ -48,6 +48,7 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME, Guess, converged, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import asymmetry, least_cycles
+from vibroimpact.simulation.places import AtStop
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
 Say = Callable[[str], object]
 
 SWITCHED = ("PD", "BP", "GR", "ZERO")
+SWEPT_POINTS = 60  # section points kept at every value of the sweep
 NEAR = 1e-7  # of the range: values of the parameter at one junction
 JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
 VALUE_BYTES = 2**14  # per value of the sweep: some hundred section points, up and down
@@ -275,7 +277,7 @@ def branch_diagram(
         if attractors and not tree.interrupted:
             report.say(f"following a motion through {attractors} values, up and down")
             try:
-                behind = swept(first, orbit.state, np.linspace(low, high, attractors))
+                behind = _swept(first, orbit, np.linspace(low, high, attractors))
             except KeyboardInterrupt:
                 tree.interrupted = True
     return Diagram(
@@ -287,6 +289,20 @@ def branch_diagram(
         behind,
         tree.interrupted,
     )
+
+
+def _swept(branch: Branch, orbit: Orbit, values: Floats) -> xr.Dataset:
+    """Section points x1, ..., v1, ..., phase at the stop where the orbits of a branch begin."""
+    from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
+
+    first = branch.family.signature.impacts[0]
+    found = bifurcation_sweep(
+        branch.family.system, over={branch.parameter: values}, start=orbit.state,
+        at=AtStop(first.name, first.contact), points=SWEPT_POINTS, periods=SWEPT_POINTS + 1,
+        progress=False,
+    )  # fmt: skip
+    drawn = [str(name) for name, of in found.items() if "point" in of.dims]
+    return found[drawn].drop_attrs(deep=False)
 
 
 # ---- the tree ------------------------------------------------------------------------------------

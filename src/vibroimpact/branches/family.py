@@ -221,13 +221,13 @@ class OrbitFamily(OrbitProblem):
         if not plastic:
             return {}
         states, durations = self.unpacked(z)
-        n, window = self.mechanism.degrees, compiled.window(durations)
-        flights = compiled.flights(states, durations, self.modes)
+        n = self.mechanism.degrees
+        w, values = compiled.flights(states, durations, self.modes)
         found = {}
         for k in plastic:
             contact, side = begun[k]
-            rate = flights[k][1][0, :, n:] @ np.array(contacts[contact].row)
-            slope = chebyshev.chebval(-1.0, chebyshev.chebder(fitted(rate))) * 2.0 / window
+            rate = values[w.first[k], :, n:] @ np.array(contacts[contact].row)
+            slope = chebyshev.chebval(-1.0, chebyshev.chebder(fitted(rate))) * 2.0 / w.length
             found[f"{STICK} {k}"] = -side * float(slope)
         return found
 

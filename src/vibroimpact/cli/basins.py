@@ -17,7 +17,7 @@ EXAMPLE = (
     "  vibroimpact basins impact-damper/B --omega 0.945 --over x1=-6:6:100 --over v1=-6:6:100 "
     "--out basins.png --out basins.nc"
 )
-MATCHING = ("stop", "contact", "tolerance", "most")
+MATCHING = ("at", "tolerance", "most")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

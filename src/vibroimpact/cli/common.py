@@ -26,13 +26,37 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 
 System = Machine | Mechanism
 ORBIT = "the stable orbit, or else the first"
 ROLE = re.compile(r":\w+:`~?(?:\w+\.)*(\w+)`")  # :func:`~vibroimpact.plane`
 SIGNS = ("plus", "minus")  # in the order of known_orbits
+PLACE = "Where section points are taken: A or B, the upper or the lower stop, B1 that of contact 1"
+PHASE = "phase=THETA, once per forcing period"
+
+
+def place_of(text: str) -> At:
+    """Place of a section: A, B1, phase=0.5, change=0, change=0:stick."""
+    kind, _, value = text.partition("=")
+    element, _, takes = value.partition(":")
+    try:
+        match kind:
+            case "phase":
+                return AtPhase(float(value))
+            case "change":
+                return AtChange(int(element), takes or None)
+            case _:
+                return AtStop(cast(Any, text[:1]), int(text[1:] or 0))
+    except ValueError:
+        raise argparse.ArgumentTypeError(
+            f"{text}: must be a stop such as A or B1, {PHASE[:11]}, change=ELEMENT or change=ELEMENT:STATE"
+        ) from None
+
+
 TYPES: dict[str, Callable[[str], Any]] = {
     "int": int, "float": float, "int | None": int, "float | None": float,
+    "At | None": place_of, "AtStop | AtPhase | None": place_of,
 }  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 EXAMPLE = (
     "  vibroimpact diagram impact-damper/A --over omega=0.92:1.2:400 --variable v1 --out d.png"
 )
-SECTION = ("way", "stop", "contact", "points", "at_phase")
+SECTION = ("way", "at", "points")
 FIRST = "v1"
 
 

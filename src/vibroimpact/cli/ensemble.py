@@ -39,8 +39,7 @@ TEXTS = {
     "there, the command goes on where it ended.",
     "client": "For --backend dask: the address of a scheduler, such as tcp://node:8786. By default "
     "a cluster of this process alone.",
-    "stop": "Stop of the section on which points are taken, A (upper) or B (lower).",
-    "contact": "Contact of that stop, from 0.",
+    "at": f"{common.PLACE}; {common.PHASE}.",
     "tolerance": "Periodic orbits nearer than this, in units of the largest position and velocity, "
     "are one; in (0, 1).",
 }

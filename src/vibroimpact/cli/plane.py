@@ -31,7 +31,7 @@ SYMBOLS = (
     "These symbols instead, in the order of the colours: 1-1-1 2-2-2. Planes with the same list "
     "have the same colours."
 )
-COUNTING = ("stop", "contact", "tolerance")
+COUNTING = ("at", "tolerance")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

@@ -76,7 +76,7 @@ class ElementOfKernel(NamedTuple):
 
 def code_of(closed: Closed) -> int:
     """Number of a closed set in the kernel: digits 1 (upper), 2 (lower) in base 3."""
-    return sum((stop.number + 1) * 3**stop.contact for stop in closed)
+    return sum(stop.digit * 3**stop.contact for stop in closed)
 
 
 def closed_from_code(code: int, contacts: int) -> Closed:

@@ -9,7 +9,6 @@ smooth in every parameter, serve for all systems.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -25,6 +24,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Vector
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Floats
+from vibroimpact._core.windows import Windows
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import Guard, Mode, Watch
@@ -159,9 +159,7 @@ class Prescribed:
     modes: dict[int, Numbers]
     ends: dict[End, int]
     kernel: _kernel.Prescribed
-    _latest: dict[Any, list[tuple[Floats, Floats]]] = field(
-        default_factory=dict, init=False, repr=False
-    )
+    _latest: dict[Any, tuple[Windows, Floats]] = field(default_factory=dict, init=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return compile_prescribed, (self.system, self.parameter, tuple(self.modes))
@@ -299,31 +297,25 @@ class Prescribed:
 
     def flights(
         self, states: ArrayLike, durations: Floats, modes: Sequence[int] = ()
-    ) -> list[tuple[Floats, Floats]]:
+    ) -> tuple[Windows, Floats]:
         """Flight at Chebyshev nodes of windows that cover each segment, in mode 0 or those given.
 
         Returns
         -------
-        list of (start of each window, (windows, NODES, 2n) of x and v)
-            The latest one is kept: gaps, amplitudes and sizes of an orbit are asked in turn.
+        windows, (w, NODES, 2n) of x and v
+            The latest ones are kept: gaps, amplitudes and sizes of an orbit are asked in turn.
         """
         key = _contiguous(states).tobytes(), durations.tobytes(), tuple(modes)
         found = self._latest.get(key)
         if found is None:
-            found = self._flights(states, durations, modes)
+            w = Windows.over(durations, self.window(durations))
+            offsets = (1.0 + nodes(NODES)) * (w.length / 2.0)
+            numbers = modes or [0] * len(w.counts)
+            values = self._fly(_contiguous(states), numbers, w.counts.tolist(), offsets, w.length)
+            found = w, values
             self._latest.clear()
             self._latest[key] = found
         return found
-
-    def _flights(
-        self, states: ArrayLike, durations: Floats, modes: Sequence[int]
-    ) -> list[tuple[Floats, Floats]]:
-        window = self.window(durations)
-        counts = [max(1, math.ceil(t / window)) for t in durations]
-        offsets = (1.0 + nodes(NODES)) * (window / 2.0)
-        values = self._fly(_contiguous(states), modes or [0] * len(counts), counts, offsets, window)
-        parts = np.split(values, np.cumsum(counts)[:-1])
-        return [(np.arange(c) * window, part) for c, part in zip(counts, parts, strict=True)]
 
     def _fly(
         self, states: Floats, modes: Sequence[int], windows: list[int], at: Floats, window: float
@@ -337,14 +329,10 @@ class Prescribed:
 
     def sampled(self, states: Floats, durations: Floats, modes: Sequence[int] = ()) -> Floats:
         """(x, v) at the start of each segment and at the nodes within its flight, (k, 2n)."""
-        offsets = (1.0 + nodes(NODES)) * (self.window(durations) / 2.0)
-        within = [
-            values[starts[:, None] + offsets <= duration]
-            for (starts, values), duration in zip(
-                self.flights(states, durations, modes), durations, strict=True
-            )
-        ]
-        return np.vstack([states[:, : 2 * self.degrees], *within])
+        w, values = self.flights(states, durations, modes)
+        since = w.start[:, None] + (1.0 + nodes(NODES)) * (w.length / 2.0)
+        within = values[since <= durations[w.segment][:, None]]
+        return np.vstack([states[:, : 2 * self.degrees], within])
 
 
 def _contiguous(a: ArrayLike) -> Floats:

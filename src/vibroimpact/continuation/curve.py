@@ -11,7 +11,7 @@ from vibroimpact._core.types import Floats, Integers
 
 
 class Stopped(StrEnum):
-    """Reasons for the end of a curve."""
+    """Reasons for the end of a curve, of a branch, or of a family of circles."""
 
     RANGE = "the parameter reached the end of its range"
     EVENT = "a terminal event was reached"
@@ -19,6 +19,8 @@ class Stopped(StrEnum):
     REPEATED = "beyond this branch point the same solutions repeat"
     POINTS = "the number of points was reached"
     STEP = "the step fell below its minimum"
+    BORN = "the circle shrinks to a periodic orbit (Neimark-Sacker)"
+    BREAKING = "the circle loses its smoothness"
     RULE = "the rule stop_when ended it"
     INTERRUPTED = "it was interrupted"
     NOT_FOLLOWED = "it was not followed in this direction"
@@ -34,10 +36,13 @@ class End:
         Why the curve stopped.
     detail
         Details: the name of the event, or the failure below the minimal step.
+    parameter
+        The parameter at the bifurcation of BORN.
     """
 
     reason: Stopped
     detail: str = ""
+    parameter: float | None = None
 
     def __str__(self) -> str:
         return f"{self.reason.value}{': ' if self.detail else ''}{self.detail}"

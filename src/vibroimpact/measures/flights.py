@@ -29,6 +29,7 @@ from numpy.polynomial import chebyshev, legendre
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.scalars import numeric_value, rounded_down
 from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.windows import Windows, values_at
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import units_of
 from vibroimpact.compile.piecewise import Piecewise
@@ -224,41 +225,37 @@ class Flights:
 
     @cached_property
     def windows(self) -> Windows:
-        """Windows that cover the flights, with the Chebyshev series of Y in them."""
+        """Windows that cover the flights."""
         length = min(WINDOW / self.rows.rate, float(self.durations.max())) or 1.0
-        counts = np.maximum(1, np.ceil(self.durations / length)).astype(np.int64)
-        after = np.cumsum(counts)
-        first = after - counts
-        total = int(after[-1])
-        size = self.rows.pieces.size + 1
-        values = np.empty((NODES, total, 2 * size))
+        return Windows.over(self.durations, length)
+
+    @cached_property
+    def y(self) -> Dual:
+        """Chebyshev series of Y in the windows, shape (NODES, w, D + 1)."""
+        w, size = self.windows, self.rows.pieces.size + 1
+        values = np.empty((NODES, len(w.segment), 2 * size))
         begun = self.rows.embedded(self.states, self.states_by)
         modes = np.array(self.codes)
-        offsets = (1.0 + nodes(NODES)) * (length / 2.0)
+        offsets = (1.0 + nodes(NODES)) * (w.length / 2.0)
         for code in np.unique(modes):
             flights = np.flatnonzero(modes == code)
             values_of_mode = _propagated(
                 self.rows.flow(int(code)), self.rows.units(int(code)),
-                np.hstack([part[flights] for part in begun]), counts[flights], np.append(offsets, length),
+                np.hstack([part[flights] for part in begun]), w.counts[flights], np.append(offsets, w.length),
             )  # fmt: skip
             for nth, part in enumerate(values_of_mode):
-                there = flights[counts[flights] > nth]
-                values[:, first[there] + nth] = part
-        segment = np.repeat(np.arange(len(counts)), counts)
+                there = flights[w.counts[flights] > nth]
+                values[:, w.first[there] + nth] = part
         series = fitted(values.reshape(NODES, -1)).reshape(values.shape)
-        return Windows(
-            length, segment, (np.arange(total) - first[segment]) * length, first, after - 1,
-            Dual(series[..., :size], series[..., size:]),
-        )  # fmt: skip
+        return Dual(series[..., :size], series[..., size:])
 
     def signal(self, row: Callable[[int], Dual]) -> Signal:
         """What a row on Y in each mode, by its code, says along the motion."""
-        w = self.windows
         table = {code: row(code) for code in {*self.codes}}
-        by_window = [table[self.codes[k]] for k in w.segment]
+        by_window = [table[self.codes[k]] for k in self.windows.segment]
         value, by = (np.array(part) for part in zip(*by_window, strict=True))
-        u = np.einsum("nwd,wd->nw", w.y.value, value)
-        u_by = np.einsum("nwd,wd->nw", w.y.by, value) + np.einsum("nwd,wd->nw", w.y.value, by)
+        u = np.einsum("nwd,wd->nw", self.y.value, value)
+        u_by = np.einsum("nwd,wd->nw", self.y.by, value) + np.einsum("nwd,wd->nw", self.y.value, by)
         return Signal(self, u, u_by)
 
     def state_at(self, time: float) -> Floats:
@@ -268,8 +265,7 @@ class Flights:
         since = time - (ends[flight] - self.durations[flight])
         w, n = self.windows, self.rows.mechanism.degrees
         window = w.first[flight] + min(int(since / w.length), w.last[flight] - w.first[flight])
-        x = 2.0 * (since - w.start[window]) / w.length - 1.0
-        y = chebyshev.chebval(x, w.y.value[:, window])
+        y = chebyshev.chebval(w.place(window, since), self.y.value[:, window])
         moving = self.rows.moved
         v = [moving(self.codes[flight], row, 1).value @ y for row in np.eye(n)]
         phase = self.states[flight, -1] + self.omega.value * since
@@ -281,28 +277,13 @@ class Flights:
         for flight, stop in zip(self.struck.flights, self.struck.stops, strict=True):
             rate = self.rows.gap_rate(self.codes[flight], stop.contact)
             further = rate @ self.rows.flow(self.codes[flight])
-            y = w.end_of(int(flight), float(self.durations[flight]))
+            y = Dual(
+                *(chebyshev.chebval(w.ends[flight], part[:, w.last[flight]]) for part in self.y)
+            )
             moves = rate.value @ y.by + rate.by @ y.value
             moves += (further.value @ y.value) * self.durations_by[flight]
             found.append(stop.side * jet(float(rate.value @ y.value), float(moves)))
         return found
-
-
-class Windows(NamedTuple):
-    """Windows that cover the flights, and the series of Y in them."""
-
-    length: float
-    segment: Integers  # (w,) flight
-    start: Floats  # (w,) since the start of the flight
-    first: Integers  # (m,)
-    last: Integers  # (m,)
-    y: Dual  # (NODES, w, D + 1)
-
-    def end_of(self, flight: int, duration: float) -> Dual:
-        """Y at the end of a flight."""
-        last = self.last[flight]
-        x = 2.0 * (duration - self.start[last]) / self.length - 1.0
-        return Dual(*(chebyshev.chebval(x, part[:, last]) for part in self.y))
 
 
 def _propagated(
@@ -364,22 +345,21 @@ class Signal:
 
     def _extrema(self) -> tuple[Floats, Floats, Floats]:
         """Values at extrema and at ends of flights, their derivatives and times."""
-        w, durations = self.flights.windows, self.flights.durations
+        w = self.flights.windows
         slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
         at, x = real_zeros_of(slope, FLAT)
-        x = np.clip(_polished(slope, at, x), -1.0, 1.0)
-        inside = w.start[at] + w.length * (1.0 + x) / 2.0 <= durations[w.segment[at]]
-        ends: Floats = 2.0 * (durations - w.start[w.last]) / w.length - 1.0
-        at = np.concatenate([at[inside], w.first, w.last])
-        x = np.concatenate([x[inside], np.full(len(w.first), -1.0), ends])
+        at, x = w.inside(at, _polished(slope, at, x))
+        at = np.concatenate([at, w.first, w.last])
+        x = np.concatenate([x, np.full(len(w.first), -1.0), w.ends])
         moved = np.zeros(len(at))
-        late = _values(slope, w.last, ends)
-        moved[len(at) - len(ends) :] = late * self.flights.durations_by
-        u = _values(self.series, at, x)
-        u_by = _values(self.series_by, at, x) + moved
-        begun = np.cumsum(durations) - durations
-        times = begun[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
-        return u, u_by, np.asarray(times)
+        late = values_at(slope, w.last, w.ends)
+        moved[len(at) - len(late) :] = late * self.flights.durations_by
+        u_by = values_at(self.series_by, at, x) + moved
+        return values_at(self.series, at, x), u_by, w.times(at, x)
+
+    def at(self, times: Floats) -> Floats:
+        """Values at times since the start of the motion."""
+        return values_at(self.series, *self.flights.windows.at(times))
 
     def mean_product(self, other: Signal) -> Jet:
         """Mean of the product of two signals over the motion, by (3)."""
@@ -418,7 +398,7 @@ class Signal:
         w = self.flights.windows
         x, weights = _gauss(count)
         until = np.ones(len(w.segment))
-        until[w.last] = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
+        until[w.last] = w.ends
         half = (until[:, None] + 1.0) / 2.0
         return _Points(-1.0 + half * (1.0 + x), half * weights * (w.length / 2.0))
 
@@ -430,9 +410,7 @@ class Signal:
 
     def _ends(self) -> Floats:
         """Values at the ends of the flights."""
-        w = self.flights.windows
-        ends: Floats = 2.0 * (self.flights.durations - w.start[w.last]) / w.length - 1.0
-        return _values(self.series, w.last, ends)
+        return values_at(self.series, self.flights.windows.last, self.flights.windows.ends)
 
 
 class _Points(NamedTuple):
@@ -444,11 +422,7 @@ class _Points(NamedTuple):
 
 def _polished(series: Floats, windows: Integers, x: Floats) -> Floats:
     """Zeros of series after a step of Newton's method, where it is as small as FLAT makes it."""
-    curved = _values(np.asarray(chebyshev.chebder(series, axis=0), float), windows, x)
+    curved = values_at(np.asarray(chebyshev.chebder(series, axis=0), float), windows, x)
     with np.errstate(divide="ignore", invalid="ignore"):
-        step = _values(series, windows, x) / curved
+        step = values_at(series, windows, x) / curved
     return x - np.where(np.abs(step) <= POLISHED, step, 0.0)
-
-
-def _values(series: Floats, windows: Integers, x: Floats) -> Floats:
-    return np.asarray(chebyshev.chebval(x, series[:, windows], tensor=False))

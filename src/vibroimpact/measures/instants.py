@@ -16,7 +16,8 @@ from numpy.polynomial import chebyshev
 
 from vibroimpact._core.chebyshev import real_zeros_of
 from vibroimpact._core.checks import memory_of_machine, refusal
-from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.types import Floats
+from vibroimpact._core.windows import values_at
 from vibroimpact.compile.prescribed import NODES, WINDOW
 from vibroimpact.measures.flights import FLAT, Rows, Signal
 
@@ -52,31 +53,31 @@ def largest_modulus(signal: Signal) -> float:
     w = signal.flights.windows
     inner = np.setdiff1d(np.arange(len(w.segment)), w.last)
     known = [
-        np.abs(_values(signal.series, w.last, _ends(signal))),
-        np.abs(_values(signal.series, np.arange(len(w.segment)), -1.0)),
-        np.abs(_values(signal.series, inner, 1.0)),
+        np.abs(values_at(signal.series, w.last, w.ends)),
+        np.abs(values_at(signal.series, np.arange(len(w.segment)), -1.0)),
+        np.abs(values_at(signal.series, inner, 1.0)),
     ]
     largest = max(float(part.max(initial=0.0)) for part in known)
     some = np.flatnonzero(np.abs(signal.series).sum(axis=0) > largest)
     slope = np.asarray(chebyshev.chebder(signal.series[:, some], axis=0), dtype=float)
     at, x = real_zeros_of(slope, FLAT)
-    at, x = _inside(signal, some[at], x)
-    return float(max(largest, np.abs(_values(signal.series, at, x)).max(initial=0.0)))
+    at, x = w.inside(some[at], x)
+    return float(max(largest, np.abs(values_at(signal.series, at, x)).max(initial=0.0)))
 
 
 def extrema(signal: Signal) -> Extrema:
     """Local maxima and minima of a signal, its first and last value not included."""
     w = signal.flights.windows
     slope = np.asarray(chebyshev.chebder(signal.series, axis=0), dtype=float)
-    at, x = _inside(signal, *real_zeros_of(slope, FLAT))
-    times, values = _times(signal, at, x), _values(signal.series, at, x)
+    at, x = w.inside(*real_zeros_of(slope, FLAT))
+    times, values = w.times(at, x), values_at(signal.series, at, x)
     before, after = (
-        _values(slope, w.last[:-1], _ends(signal)[:-1]),
-        _values(slope, w.first[1:], -1.0),
+        values_at(slope, w.last[:-1], w.ends[:-1]),
+        values_at(slope, w.first[1:], -1.0),
     )
     corner = np.flatnonzero(before * after < 0.0)
-    begin = _begin(signal)[1:][corner]
-    corners = _values(signal.series, w.first[1:][corner], -1.0)
+    begin = w.begun[1:][corner]
+    corners = values_at(signal.series, w.first[1:][corner], -1.0)
     times, values = np.append(times, begin), np.append(values, corners)
     order = np.argsort(times, kind="stable")
     times, values = times[order], values[order]
@@ -89,46 +90,15 @@ def last_beyond(signal: Signal, level: float) -> float:
 
     The end of the motion where it is not below then; 0 where it is below all the time.
     """
-    durations, w = signal.flights.durations, signal.flights.windows
-    ends = _begin(signal) + durations
-    at_end = np.abs(_values(signal.series, w.last, _ends(signal)))
+    w = signal.flights.windows
+    ends = w.begun + w.durations
+    at_end = np.abs(values_at(signal.series, w.last, w.ends))
     if at_end[-1] >= level:
         return float(ends[-1])
     found = [0.0, *ends[at_end >= level]]
     for side in (level, -level):
         series = signal.series.copy()
         series[0] -= side
-        at, x = _inside(signal, *real_zeros_of(series))
-        found += _times(signal, at, x).tolist()
+        at, x = w.inside(*real_zeros_of(series))
+        found += w.times(at, x).tolist()
     return float(max(found))
-
-
-def _begin(signal: Signal) -> Floats:
-    durations = signal.flights.durations
-    return np.cumsum(durations) - durations
-
-
-def _ends(signal: Signal) -> Floats:
-    """Ends of the flights, in their last windows."""
-    w = signal.flights.windows
-    ends: Floats = 2.0 * (signal.flights.durations - w.start[w.last]) / w.length - 1.0
-    return ends
-
-
-def _inside(signal: Signal, at: Integers, x: Floats) -> tuple[Integers, Floats]:
-    """Those of the points in windows that are within their flights."""
-    w = signal.flights.windows
-    x = np.clip(x, -1.0, 1.0)
-    since = w.start[at] + w.length * (1.0 + x) / 2.0
-    kept = since <= signal.flights.durations[w.segment[at]]
-    return at[kept], x[kept]
-
-
-def _times(signal: Signal, at: Integers, x: Floats) -> Floats:
-    w = signal.flights.windows
-    times: Floats = _begin(signal)[w.segment[at]] + w.start[at] + w.length * (1.0 + x) / 2.0
-    return times
-
-
-def _values(series: Floats, windows: Integers, x: Floats | float) -> Floats:
-    return np.asarray(chebyshev.chebval(x, series[:, windows], tensor=False), dtype=float)

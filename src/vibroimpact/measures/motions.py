@@ -92,10 +92,9 @@ def flights_of_run(run: Run, span: float) -> Flights:
     states = np.vstack([first[None], later])[kept]
     every = run.all_codes
     codes = tuple(every[k] for k in kept)
-    sides = np.where(run.stop == 0, 1, -1)
     ends = [k for k in range(len(kept)) if kept[k] < len(run) and run.time[kept[k]] <= span]
     met = [k for k in ends if run.status[kept[k]] in MET]
-    stops = [Stop(int(run.contact[kept[k]]), int(sides[kept[k]])) for k in met]
+    stops = [Stop(int(run.contact[kept[k]]), int(run.side[kept[k]])) for k in met]
     struck = Struck(np.array(met, dtype=int), stops)
     still = np.zeros_like(states), np.zeros_like(durations)
     return Flights(rows, states, durations, codes, struck, *still, periodic=False)

@@ -49,9 +49,9 @@ class Stop(NamedTuple):
         return self.name + (str(self.contact) if self.contact else "")
 
     @property
-    def number(self) -> int:
-        """0 for A, 1 for B: as in ``Run.stop``; one less than a digit of a closed set's code."""
-        return 0 if self.upper else 1
+    def digit(self) -> int:
+        """1 for A, 2 for B: the digit of its contact in the code of a closed set."""
+        return 1 if self.upper else 2
 
     @property
     def opposite(self) -> Stop:

@@ -27,11 +27,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact._core.windows import Windows, values_at
 from vibroimpact.compile.prescribed import GAP, NODES, End, GuardRow, Linearised, Prescribed
 from vibroimpact.model.stop import Stop
 
@@ -85,25 +85,16 @@ class Nearest(NamedTuple):
 
 
 class _Flights(NamedTuple):
-    """Consecutive windows of flights over all segments, and the segments' ends."""
+    """Flights over all segments."""
 
-    length: float  # of a window
-    segment: Integers  # (w,)
-    start: Floats  # (w,) since the start of the segment
+    windows: Windows
     values: Floats  # (w, NODES, D) coordinates y
-    durations: Floats  # (m,)
     impacts: Integers  # (m, 2, 2) contact and side of the impacts at the start and the end
-    first: Integers  # (m,) window of the start
-    last: Integers  # (m,) window of the end
 
     def within(self, segments: Integers) -> _Flights:
         """Those of some segments only, which keep their numbers."""
-        kept = np.isin(self.segment, segments)
-        place = np.cumsum(kept) - 1
-        return self._replace(
-            segment=self.segment[kept], start=self.start[kept], values=self.values[kept],
-            first=place[self.first], last=place[self.last],
-        )  # fmt: skip
+        kept = np.isin(self.windows.segment, segments)
+        return self._replace(windows=self.windows.only(kept), values=self.values[kept])
 
 
 def least_gaps(
@@ -155,23 +146,13 @@ def _windows(
     begun: Sequence[Stop],
 ) -> _Flights:
     named = [End(*end) for end in ends]
-    flights = compiled.flights(states, durations, [end.mode for end in named])
-    counts = np.array([len(starts) for starts, _ in flights])
-    after = np.cumsum(counts)
-    segment = np.repeat(np.arange(len(flights)), counts)
-    start = np.concatenate([starts for starts, _ in flights])
-    length = compiled.window(durations)
-    since = start[:, None] + (1.0 + nodes(NODES)) * (length / 2.0)
-    phase = states[segment, -1][:, None] + compiled.omega * since
+    windows, values = compiled.flights(states, durations, [end.mode for end in named])
+    since = windows.start[:, None] + (1.0 + nodes(NODES)) * (windows.length / 2.0)
+    phase = states[windows.segment, -1][:, None] + compiled.omega * since
     return _Flights(
-        length=length,
-        segment=segment,
-        start=start,
-        values=compiled.embedded(np.concatenate([values for _, values in flights]), phase),
-        durations=durations,
+        windows=windows,
+        values=compiled.embedded(values, phase),
         impacts=np.stack([np.array(begun), np.array([end[:2] for end in named])], axis=1),
-        first=after - counts,
-        last=after - 1,
     )
 
 
@@ -183,8 +164,9 @@ def _gaps(
     place = fitted((flights.values @ guard.row).T + guard.gain)
     rate = fitted((flights.values @ (guard.row @ mode.b)).T + guard.row @ mode.constant)
     at, x = real_zeros_of(rate, FLAT)
-    times = flights.start[at] + flights.length * (1.0 + x) / 2.0
-    whole = flights.durations[flights.segment[at]]
+    w = flights.windows
+    times = w.since(at, x)
+    whole = w.durations[w.segment[at]]
     margin = PLAY * whole
     inside = (times > margin) & (times < whole - margin)
     inside &= ~_leaving(flights, guard, place, at, times)
@@ -192,13 +174,13 @@ def _gaps(
     rigid = guard.watch == GAP
     own = np.zeros(len(at), dtype=bool)
     if rigid:
-        own = _own(flights, rate, i, flights.segment[at], times, segments)
+        own = _own(flights, rate, i, w.segment[at], times, segments)
     edges = [(_others(flights, guard, place, segments, edge), edge) for edge in (0, 1)]
-    at = np.concatenate([at, *((flights.first, flights.last)[edge][k] for k, edge in edges)])
-    times = np.concatenate([times, *(edge * flights.durations[k] for k, edge in edges)])
+    at = np.concatenate([at, *((w.first, w.last)[edge][k] for k, edge in edges)])
+    times = np.concatenate([times, *(edge * w.durations[k] for k, edge in edges)])
     own = np.concatenate([own, np.zeros(len(at) - len(own), dtype=bool)])
-    u = _values(flights, place, at, times)
-    found = flights.segment[at].tolist(), times.tolist(), own.tolist(), u.tolist()
+    u = values_at(place, at, w.place(at, times))
+    found = w.segment[at].tolist(), times.tolist(), own.tolist(), u.tolist()
     for k, t, by_impact, value in zip(*found, strict=True):
         if not is_infinite(guard.upper):
             yield Nearest(guard.upper - value, i, 1, k, t, by_impact, guard.watch)
@@ -230,11 +212,12 @@ def _leaving(
     """
     if guard.watch == GAP:
         return np.zeros(len(at), dtype=bool)
-    k = flights.segment[at]
-    whole = flights.durations[k]
+    w = flights.windows
+    k = w.segment[at]
+    whole = w.durations[k]
     near = [times < EDGE * whole, times > (1.0 - EDGE) * whole]
     own = [near[edge] & (flights.impacts[k, edge, 0] == guard.contact) for edge in (0, 1)]
-    u = _values(flights, place, at, times)
+    u = values_at(place, at, w.place(at, times))
     beyond = np.minimum(np.abs(guard.lower - u), np.abs(u - guard.upper))
     leaving: Flags = (own[0] | own[1]) & (beyond <= ON_LIMIT * _size(flights, guard))
     return leaving
@@ -263,14 +246,9 @@ def _others(
 
 def _at_edge(flights: _Flights, series: Floats, segments: Integers, edge: int) -> Floats:
     """Values of a series at the start (0) or the end (1) of some flights."""
-    window = (flights.first, flights.last)[edge][segments]
-    return _values(flights, series, window, edge * flights.durations[segments])
-
-
-def _values(flights: _Flights, series: Floats, window: Integers, times: Floats) -> Floats:
-    """Values of a series (NODES, w) in some windows at times since their segments' start."""
-    x = 2.0 * (times - flights.start[window]) / flights.length - 1.0
-    return np.asarray(chebyshev.chebval(x, series[:, window], tensor=False))
+    w = flights.windows
+    window = (w.first, w.last)[edge][segments]
+    return values_at(series, window, w.place(window, edge * w.durations[segments]))
 
 
 def why_inadmissible(

@@ -17,7 +17,7 @@ from vibroimpact.plotting.element_states import draw_states, motion_of
 from vibroimpact.simulation.simulate import Run, latest
 
 POINTS = 4000  # per picture: more than the pixels of a printed column
-STOPS = ((0, "A", style.BLUE, "^"), (1, "B", style.VERMILION, "v"))
+STOPS = ((1, "A", style.BLUE, "^"), (-1, "B", style.VERMILION, "v"))
 COLOURS = (style.BLACK, style.ORANGE, style.GREEN, style.PURPLE, style.SKY)
 
 
@@ -112,8 +112,8 @@ def _mass_in_slot(
         ax.plot(t, x1 + shift, color=colour, label=rf"stop {name}: $x_1{sign}\delta$")
     ax.plot(t, x1, color=style.GREY, linewidth=0.8, label="$x_1$")
     ax.plot(t, x2, color=style.BLACK, label="$x_2$")
-    for index, _, colour, marker in STOPS:
-        chosen = inside & (run.stop == index)
+    for side, _, colour, marker in STOPS:
+        chosen = inside & (run.side == side)
         ax.plot(time[chosen], position[chosen, 1], marker, color=colour, markersize=4.0,
                 zorder=3)  # fmt: skip
 
@@ -125,10 +125,10 @@ def _any_system(
     time, position = at
     for i, place in enumerate(places.T):
         ax.plot(t, place, color=COLOURS[i % len(COLOURS)], label=f"$x_{{{i + 1}}}$")
-    for index, _, colour, marker in STOPS:
+    for side, _, colour, marker in STOPS:
         for i in range(run.position.shape[1]):
             moved = run.velocity_after[:, i] != run.velocity_before[:, i]
-            chosen = inside & (run.stop == index) & moved
+            chosen = inside & (run.side == side) & moved
             ax.plot(time[chosen], position[chosen, i], marker, color=colour,
                     markersize=4.0, zorder=3)  # fmt: skip
 

@@ -11,12 +11,12 @@ from vibroimpact._core.checks import check_choice, check_flag, refusal
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import Units, of_coordinate, units_of
 from vibroimpact.plotting import style
-from vibroimpact.simulation.sections import SectionPoints, StroboscopicSection
-from vibroimpact.simulation.state_sections import StateSection
+from vibroimpact.simulation.places import AtStop
+from vibroimpact.simulation.sections import Section
 
 
 def plot_section(
-    section: SectionPoints, *, x: str = "x1", y: str = "v1", drift: bool = True,
+    section: Section, *, x: str = "x1", y: str = "v1", drift: bool = True,
     ax: Axes | None = None, **looks: Any,
 ) -> Axes:  # fmt: skip
     """Draw a section in the paper's projection, or in another.
@@ -24,8 +24,7 @@ def plot_section(
     Parameters
     ----------
     section
-        A result of :func:`vibroimpact.impact_section`, :func:`vibroimpact.state_section` or
-        :func:`vibroimpact.stroboscopic_section`.
+        A result of :func:`vibroimpact.section`.
     x, y
         Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities, those after the
         impact on an impact section, "phase" the phase of the force.
@@ -44,7 +43,7 @@ def plot_section(
     """
     arrays = [getattr(section, name, None) for name in ("position", "velocity", "phase")]
     if not all(isinstance(array, np.ndarray) for array in arrays):
-        raise refusal("section", section, "a Section, as vi.impact_section gives")
+        raise refusal("section", section, "a Section, as vi.section gives")
     check_flag("drift", drift)
     place = section.position if drift else section.relative
     across, up = (component(section, name, c, place) for name, c in (("x", x), ("y", y)))
@@ -52,7 +51,7 @@ def plot_section(
         units = units_of(getattr(section, "system", None))
         across, up = (v * units.factor(of_coordinate(n)) for n, v in ((x, across), (y, up)))
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
-        after = not isinstance(section, StroboscopicSection | StateSection)
+        after = isinstance(section.at, AtStop)
         less = "" if place is section.position else ", less the drift"
         xlabel, ylabel = (
             coordinate_label(name, units, after) + (less if name.startswith("x") else "")
@@ -69,9 +68,7 @@ def coordinate_label(name: str, units: Units, after_impact: bool = True) -> str:
     return units.label(symbol(name, after_impact), of_coordinate(name))
 
 
-def component(
-    section: SectionPoints, argument: str, name: str, place: Floats | None = None
-) -> Floats:
+def component(section: Section, argument: str, name: str, place: Floats | None = None) -> Floats:
     """Coordinate of a section by its name, the value of an argument; other places if given."""
     names = coordinate_names(section.position.shape[1])
     check_choice(argument, name, names)

@@ -187,8 +187,8 @@ def plot_record_response(
             _record(_above(ax), response.record, units)
         ax.plot(t, response.row_at(row, t), color=style.BLACK, linewidth=0.7)
         small = len(hits) > MANY
-        for stop, name, colour, marker in STOPS:
-            chosen = hits[response.run.stop[response.run.impacts] == stop]
+        for side, name, colour, marker in STOPS:
+            chosen = hits[response.run.side[response.run.impacts] == side]
             if chosen.size:
                 ax.plot(
                     chosen, response.row_at(row, chosen), marker, color=colour, markersize=2.0 if small else 3.5,

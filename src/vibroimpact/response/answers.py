@@ -26,6 +26,7 @@ from vibroimpact.model.mechanism import Mechanism, stop_sizes, with_mass
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.places import AtPhase
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.motion_codes import BELOW, flags, motions
@@ -166,7 +167,7 @@ class Simulation:
             start=self.start,
             way="both",
             points=1,
-            at_phase=0.0,
+            at=AtPhase(),
             **given | self.options,
         )
         parts = [(str(way), ways.sel(direction=way)) for way in ways["direction"].values]

@@ -1,58 +1,96 @@
-"""Sections: states of a motion after each impact at one stop, or once per forcing period.
+"""Sections: states of a motion after impacts, once per forcing period, or where an element changes.
 
 The impact section of the impact damper is Sigma = {x2 - x1 = half_clearance, just after the
-impact}, (9) of the paper; here it is any stop of any contact of any mechanism. The stroboscopic
-section, at one phase of the force, describes motions without impacts as well.
+impact}, (9) of the paper; here it is any stop of any contact of any mechanism. The section at one
+phase of the force describes motions without impacts as well, that at changes of state those without
+forcing: friction that sticks or slips, a soft stop that lets go.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_count, check_memory, check_stop_name, real, refusal
+from vibroimpact._core.checks import check_count, check_memory
 from vibroimpact._core.deferred import deferred
-from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
-from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations, translations_of
-from vibroimpact.simulation.simulate import RunEnd, phase_after, record_bytes
-from vibroimpact.simulation.simulator import Impacts, Simulator
+from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop, place_in
+from vibroimpact.simulation.simulate import (
+    GOES_ON,
+    RunEnd,
+    first_phases,
+    phase_after,
+    record_bytes,
+    rounded_times,
+    states_of_modes,
+)
+from vibroimpact.simulation.simulator import CHUNK, Impacts, Simulator, joined
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
 
-# Beyond this many impacts per requested section point, on average, the stop counts as not reached:
+# Beyond this many events per requested section point, on average, the place counts as not reached:
 # chatter on one stop gives some 50 impacts per visit before it is summed.
-IMPACTS_PER_POINT = 64
+EVENTS_PER_POINT = 64
 LEAST_POSITION = 2.0**-20  # of a velocity times a time
 
 
-@dataclass(frozen=True)
-class SectionPoints:
-    """States of a motion on a section, read-only: common part of all sections."""
+@dataclass(frozen=True, repr=False)
+class Section:
+    """Points of a motion on a section, read-only.
+
+    Attributes
+    ----------
+    system, at
+        System of the motion, and where the points are: :class:`~vibroimpact.AtStop`,
+        :class:`~vibroimpact.AtPhase` or :class:`~vibroimpact.AtChange`.
+    position, velocity
+        Coordinates and velocities, after an event at that time, shape (n_point, n).
+    phase
+        Phase of the first forcing line in [0, 2 pi); 0 without forcing.
+    time
+        Time since the start of the motion, settling included.
+    end
+        Why the motion ended; ``RunEnd.POINTS`` if every requested point is there.
+    last
+        State of the last point, from which the motion can be continued.
+    status
+        :class:`~vibroimpact.Status` of each impact at a stop: impact, simultaneous, chatter or
+        engage; else None.
+    state
+        State that the element of ``AtChange`` takes at each point; else None.
+    """
 
     system: System
+    at: At
     position: Floats
     velocity: Floats
     phase: Floats
     time: Floats
     end: RunEnd
     last: State = field(repr=False)
+    status: Codes | None = None
+    state: Codes | None = None
 
     def __len__(self) -> int:
         return int(self.phase.size)
+
+    def __repr__(self) -> str:
+        where = self.at.words(mechanism_of(self.system))
+        rare = f"fewer than one event in {EVENTS_PER_POINT} is such a point"
+        end = rare if self.end is RunEnd.EVENTS else self.end.sentence
+        return f"Section: {len(self)} points {where}; {end}"
 
     @property
     def x1(self) -> Floats:
@@ -71,7 +109,7 @@ class SectionPoints:
 
     @property
     def v2(self) -> Floats:
-        """Velocity of the second coordinate after the impact."""
+        """Velocity of the second coordinate after the event."""
         return self.velocity[:, 1]
 
     @property
@@ -92,90 +130,28 @@ class SectionPoints:
         axes: Axes = deferred("plotting.sections", "plot_section")(self, ax=ax)
         return axes
 
-    def _dataset(self, along: str, **attrs: Any) -> xr.Dataset:
+    def to_dataset(self) -> xr.Dataset:
+        """Return the section as an xarray dataset; attributes describe system, place and end."""
         import xarray as xr
 
-        both = (along, "coordinate")
+        both = ("point", "coordinate")
+        codes = {"status": self.status, "state": self.state}
         return xr.Dataset(
             {
                 "position": (both, self.position),
                 "velocity": (both, self.velocity),
-                "phase": (along, self.phase),
-                "time": (along, self.time),
+                "phase": ("point", self.phase),
+                "time": ("point", self.time),
+                **{name: ("point", of) for name, of in codes.items() if of is not None},
             },
             attrs={
                 "system": repr(self.system),
-                **attrs,
+                "at": self.at.words(mechanism_of(self.system)),
                 "end": self.end.name,
                 "end_reason": self.end.sentence,
                 "version": _kernel.version(),
             },
         )
-
-
-@dataclass(frozen=True, repr=False)
-class Section(SectionPoints):
-    """Post-impact states at one stop, read-only; one entry per impact there.
-
-    Attributes
-    ----------
-    position, velocity
-        Coordinates and velocities just after the impact, shape (n_point, n).
-    phase
-        Phase of the first forcing line in [0, 2 pi).
-    time
-        Time since the start of the motion, settling included.
-    end
-        Why the motion ended; ``RunEnd.IMPACTS`` if every requested point is there.
-    last
-        State of the last point, from which the motion can be continued.
-    contact, stop
-        Contact and stop of the impacts.
-    status
-        :class:`~vibroimpact.Status` of each: impact, simultaneous, chatter or engage.
-    """
-
-    contact: int
-    stop: StopName
-    status: Codes
-
-    def __repr__(self) -> str:
-        return (
-            f"Section: {len(self)} impacts at stop {self.stop} of contact {self.contact}; "
-            f"{self.end.sentence}"
-        )
-
-    def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset; attributes describe system, stop and end."""
-        dataset = self._dataset("impact", contact=self.contact, stop=self.stop)
-        return dataset.assign(status=("impact", self.status))
-
-
-@dataclass(frozen=True, repr=False)
-class StroboscopicSection(SectionPoints):
-    """States at one phase of the force, read-only; one entry per forcing period.
-
-    Attributes
-    ----------
-    position, velocity
-        Coordinates and velocities, shape (n_point, n); after an event at that time.
-    phase
-        Phase of the first forcing line, the requested one at every point.
-    time
-        Time since the start of the motion, settling included.
-    end
-        Why the motion ended; ``RunEnd.HORIZON`` if every requested point is there.
-    last
-        State of the last point, from which the motion can be continued.
-    """
-
-    def __repr__(self) -> str:
-        at = f" at phase {self.phase[0]:.6g} of the force" if len(self) else ""
-        return f"StroboscopicSection: {len(self)} states{at}; {self.end.sentence}"
-
-    def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset."""
-        return self._dataset("period")
 
 
 @dataclass(frozen=True)
@@ -228,252 +204,229 @@ def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:
     return np.column_stack([position, velocity, np.cos(phase), np.sin(phase)])
 
 
-def impact_section(
+def section(
     system: System,
     state: State,
     *,
+    at: At | None = None,
     points: int = 2000,
     settle: int = 1000,
-    stop: StopName = "A",
-    contact: int = 0,
 ) -> Section:
-    """Record the states just after the impacts at one stop.
+    """Record the states of a motion on a section.
 
     Parameters
     ----------
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
     state
-        Initial state.
+        Initial state of the motion.
+    at
+        Where the points are: ``AtStop("B", contact=1)``, after the impacts at one stop;
+        ``AtPhase(0.5)``, once per forcing period; ``AtChange(0, "stick")``, where an element changes
+        its state. If left out, at the first stop; where contact or element 0 has none, at phase 0 of
+        the force; without forcing at its changes.
     points
-        Impacts at the stop to record, >= 1.
+        Points to record, >= 1.
     settle
-        Impacts (at all stops) to discard first, >= 0.
-    stop
-        "A", the upper stop, or "B", the lower.
-    contact
-        Number of the contact, or of a soft stop, which counts where it is met.
+        Impacts (at all stops), forcing periods or changes to discard first, >= 0.
 
     Returns
     -------
     Section
-        Fewer points than requested, with the reason in ``end``, if the motion stops impacting, and
-        ``RunEnd.EVENTS`` if fewer than one impact in 64 is at this stop.
+        Fewer points than requested, with the reason in ``end``, if the motion cannot continue or
+        comes there no more, and ``RunEnd.EVENTS`` if fewer than one event in 64 is such a point.
 
     Raises
     ------
     InvalidParameterError
-        A stop or contact that the system does not have, counts out of range, a bad start.
+        A stop, an element or a state that the system does not have, a phase without forcing, counts
+        out of range, more points than memory holds, a bad start.
 
     Notes
     -----
-    Completed chatter is one point: the state at rest on the stop. 0.3 microseconds per impact of
-    the damper settled, 0.6 recorded.
+    A motion without impacts has a section at a phase as well: one point where it is periodic with
+    the force. Those states are ``simulate(...).at(time)``, to rounding. A section at changes needs
+    neither stops nor forcing: that of a self-excited machine. The cost is 0.3 microseconds per impact
+    of the damper settled, 0.6 recorded; some microseconds per event of other machines.
 
     Examples
     --------
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
-    >>> section = impact_section(damper, vi.State((0.0, 0.0), (0.0, 1.0)), points=10)
-    >>> float(round(section.x1[-1], 6))
+    >>> start = vi.State((0.0, 0.0), (0.0, 1.0))
+    >>> float(round(vi.section(damper, start, points=10).x1[-1], 6))
     0.124126
-    """
-    check_count("points", points, 1)
-    check_count("settle", settle, 0)
-    check_stop(system, contact, stop)
-    check_points("points", points, system)
-    motion = Simulator(system, state)
-    end = motion.settle(settle)
-    if end is not RunEnd.IMPACTS:
-        return section_of(motion, [], contact, stop, points, end)
-    return take(motion, points, contact, stop)
-
-
-def stroboscopic_section(
-    system: System, state: State, *, points: int = 2000, settle: int = 1000, phase: float = 0.0
-) -> StroboscopicSection:
-    """Record the states whenever the phase of the force has one value.
-
-    Parameters
-    ----------
-    system
-        A :class:`~vibroimpact.Mechanism`, or anything with one; it must be forced.
-    state
-        Initial state.
-    points
-        States to record, one per period of the first forcing line, >= 1.
-    settle
-        Forcing periods to discard first, >= 0.
-    phase
-        Phase of the first forcing line, radians.
-
-    Returns
-    -------
-    StroboscopicSection
-        Fewer points than requested, with the reason in ``end``, if a run cannot continue. Where an
-        event falls on such a time, the state after it.
-
-    Raises
-    ------
-    InvalidParameterError
-        No forcing, counts out of range, more points than memory holds, a phase that is not a number,
-        a bad start.
-
-    Notes
-    -----
-    A motion without impacts has a section as well: one point where it is periodic with the force.
-    The states are those of ``simulate(...).at(time)``, to rounding.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
-    ...                          half_clearance=5.0, omega=1.2)
-    >>> section = vi.stroboscopic_section(damper, vi.State((0.0, 0.0), (0.0, 1.0)), points=10)
-    >>> float(round(section.x1[-1], 6))
+    >>> float(round(vi.section(damper, start, at=vi.AtPhase(), points=10).x1[-1], 6))
     -0.215956
+
+    A block on a belt begins to slip where its spring pulls with the static level.
+
+    >>> block = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
+    ...                      elements=(vi.Friction((1.0,), 0.1, 0.2, belt_speed=0.05),))
+    >>> leaves = vi.AtChange(0, "backward")
+    >>> vi.section(block, vi.State((0.0,), (0.0,)), at=leaves, points=3).x1.round(9).tolist()
+    [0.2, 0.2, 0.2]
     """
     check_count("points", points, 1)
     check_count("settle", settle, 0)
-    phase = real("phase", phase)
-    mechanism = mechanism_of(system)
-    size = 8 * (4 * mechanism.degrees + 8)
-    check_memory("points", points, size, "Take fewer, then continue from the last state.")
-    if not mechanism.forces:
-        stops = any(one.is_stop for one in mechanism.elements)
-        raise InvalidParameterError(
-            "system: has no forcing, so that no phase repeats. Take "
-            + ("vi.impact_section, or " if stops else "")
-            + "vi.state_section, where an element changes its state."
-        )
+    at = place_in(system, at)
+    check_points(system, at, points)
     motion = Simulator(system, state)
-    times = strobe_times(mechanism, state.phase, phase, settle, points)
-    rows, end = motion.states_at(
-        times, announcement=Announcement("settle + points", settle + points)
-    )
-    return strobe_of(motion, rows, times, phase, end)
+    match at:
+        case AtStop():
+            end = motion.settle(settle)
+            whole = end is RunEnd.IMPACTS
+            return take_impacts(motion, at, points) if whole else _empty(motion, at, end)
+        case AtPhase():
+            announcement = Announcement("settle + points", settle + points)
+            return take_strobes(motion, at, points, settle, announcement=announcement)
+        case AtChange():
+            return take_changes(motion, at, points, settle)[0]
 
 
-def strobe_times(m: Mechanism, start: float, phase: float, first: int, points: int) -> Floats:
-    """Times at which the force has a phase, from a number on; ``start``: phase at time 0."""
-    turned = (phase - start) % (2.0 * math.pi)
-    times: Floats = turned / m.omega + 2.0 * math.pi / m.omega * np.arange(
-        first, first + points, dtype=np.float64
-    )
-    return times
+def check_points(system: System, at: At, points: int) -> None:
+    """Refuse more points than memory holds; half of the events recorded may be points."""
+    mechanism = mechanism_of(system)
+    strobe = 8 * (4 * mechanism.degrees + 8)
+    size = strobe if isinstance(at, AtPhase) else 2 * record_bytes(mechanism)
+    check_memory("points", points, size, "Take fewer, then continue from the last state.")
 
 
-def strobe_of(
-    motion: Simulator, rows: Floats, times: Floats, phase: float, end: RunEnd
-) -> StroboscopicSection:
-    """The section from the states of a motion at these times, or the first of them."""
-    mechanism, begun = motion.compiled.mechanism, motion.start.phase
-    times, n = times[: len(rows)], mechanism.degrees
-    phases = np.full(len(rows), phase % (2.0 * math.pi))
-    last = motion.last
-    if len(rows):
-        onward = phase_after(mechanism, float(phases[-1]), begun, float(times[-1]))
-        last = State(tuple(rows[-1, :n]), tuple(rows[-1, n:]), onward)
-    for array in (rows, times, phases):
-        array.flags.writeable = False
-    return StroboscopicSection(
-        system=motion.system, position=rows[:, :n], velocity=rows[:, n:], phase=phases,
-        time=times, end=end, last=last,
-    )  # fmt: skip
-
-
-def take(motion: Simulator, points: int, contact: int, stop: StopName) -> Section:
+def take_impacts(motion: Simulator, at: AtStop, points: int) -> Section:
     """Take the next points of a motion at one stop."""
     parts: list[Impacts] = []
     found, spent, end = 0, 0, RunEnd.IMPACTS
     while found < points and end is RunEnd.IMPACTS:
         wanted = 1 + 2 * (points - found)
         parts.append(motion.record(wanted, points))
-        found += parts[-1].at(contact, stop).size
+        found += parts[-1].at(at.contact, at.stop).size
         spent, end = spent + wanted, parts[-1].end
-        if spent > IMPACTS_PER_POINT * points and found < points:
+        if spent > EVENTS_PER_POINT * points and found < points:
             end = RunEnd.EVENTS
-    return section_of(
-        motion, parts, contact, stop, points, RunEnd.IMPACTS if found >= points else end
-    )
+    return section_of_impacts(motion, at, parts, points, end)
 
 
-def section_of(
-    motion: Simulator, parts: list[Impacts], contact: int, stop: StopName, points: int, end: RunEnd
+def section_of_impacts(
+    motion: Simulator, at: AtStop, parts: list[Impacts], points: int, end: RunEnd
 ) -> Section:
-    """Select the impacts at one stop among recorded ones, at most so many."""
-    n = motion.compiled.mechanism.degrees
-    chosen = [part.at(contact, stop) for part in parts]
+    """Select the impacts at one stop among recorded ones, at most so many; ``end`` if there are fewer."""
+    part = joined(parts)
+    chosen = part.at(at.contact, at.stop)[:points]
+    return _section(
+        motion, at, np.hstack([part.position[chosen], part.velocity[chosen]]), part.phase[chosen],
+        part.time[chosen], RunEnd.POINTS if len(chosen) >= points else end,
+        status=part.status[chosen],
+    )  # fmt: skip
+
+
+def strobe_times(motion: Simulator, at: AtPhase, first: int, points: int) -> Floats:
+    """Times at which the force has a phase, from a number on."""
+    omega = motion.compiled.mechanism.omega
+    turned = (at.phase - motion.start.phase) % (2.0 * math.pi)
+    times: Floats = turned / omega + 2.0 * math.pi / omega * np.arange(
+        first, first + points, dtype=np.float64
+    )
+    return times
+
+
+def take_strobes(
+    motion: Simulator, at: AtPhase, points: int, first: int, since: float = 0.0,
+    keep: list[Any] | None = None, announcement: Announcement | None = None,
+) -> Section:  # fmt: skip
+    """Take the points of a motion at one phase from a number on; others as of ``Simulator.states_at``."""
+    times = strobe_times(motion, at, first, points)
+    rows, end = motion.states_at(times, since, keep, announcement)
+    phases = np.full(len(rows), at.phase % (2.0 * math.pi))
+    found = _section(
+        motion,
+        at,
+        rows,
+        phases,
+        times[: len(rows)],
+        RunEnd.POINTS if end is RunEnd.HORIZON else end,
+    )
+    if not len(rows):
+        return found
+    # of several forcing lines the first may have turned further than by its phase
+    mechanism, last, time = motion.compiled.mechanism, found.last, float(times[len(rows) - 1])
+    onward = phase_after(mechanism, last.phase, motion.start.phase, time)
+    return replace(found, last=State(last.position, last.velocity, onward))
+
+
+def take_changes(
+    motion: Simulator, at: AtChange, points: int, discard: int = 0
+) -> tuple[Section, list[Any]]:
+    """Take the next changes of an element, after some; also the records that hold the points."""
+    parts: list[Any] = []
+    rows: list[tuple[Any, NDArray[np.intp], Codes]] = []
+    found, spent, end = -discard, 0, RunEnd.EVENTS
+    before, announcement = motion.at.mode, Announcement("settle + points", discard + points)
+    while found < points and end in GOES_ON:
+        announcement.after(found + discard)
+        begin, missing = motion.at, points - found
+        part = motion.next_events(CHUNK)
+        chosen, states = _changes_in(motion, part, before, at)
+        if len(chosen) >= missing:  # again, up to the last of them
+            motion.at = begin
+            part = motion.next_events(int(chosen[missing - 1]) + 1)
+            chosen, states = _changes_in(motion, part, before, at)
+        spent, end = spent + len(part["status"]), RunEnd(part["why"])
+        before = motion.at.mode
+        skipped = min(max(-found, 0), len(chosen))
+        found += len(chosen)
+        if found >= 0:
+            parts.append(part)
+            rows.append((part, chosen[skipped:], states[skipped:]))
+        if spent > EVENTS_PER_POINT * (points + discard) + CHUNK and found < points:
+            break
 
     def picked(empty: Any, pick: Any) -> Any:
-        pieces = [pick(part)[i] for part, i in zip(parts, chosen, strict=True)]
-        return joined(empty, pieces, points)
+        return np.concatenate([empty, *(pick(part)[chosen] for part, chosen, _ in rows)])
 
     nothing = np.empty(0)
-    position = picked(np.empty((0, n)), lambda part: part.position)
-    velocity = picked(np.empty((0, n)), lambda part: part.velocity)
-    phase = picked(nothing, lambda part: part.phase)
-    return Section(
-        system=motion.system,
-        contact=contact,
-        stop=stop,
-        position=position,
-        velocity=velocity,
-        phase=phase,
-        time=picked(nothing, lambda part: part.time),
-        status=picked(np.empty(0, dtype=np.int32), lambda part: part.status),
-        end=end,
-        last=last_of(motion, position, velocity, phase),
-    )
+    after = picked(np.empty((0, 2 * motion.compiled.mechanism.degrees)), lambda part: part["after"])
+    taken = _section(
+        motion, at, after, picked(nothing, lambda part: first_phases(part["phase"])),
+        picked(nothing, lambda part: rounded_times(part["high"], part["low"])[0]),
+        RunEnd.POINTS if found >= points else RunEnd.EVENTS if end in GOES_ON else end,
+        state=np.concatenate([np.empty(0, dtype=np.int32), *(states for *_, states in rows)]),
+    )  # fmt: skip
+    return taken, parts
 
 
-def joined(empty: Any, pieces: Iterable[Any], most: int | None = None) -> Any:
-    """Pieces of an array of points as one, read-only, at most so many."""
-    array = np.concatenate([empty, *pieces])[:most]
-    array.flags.writeable = False
-    return array
+def _changes_in(
+    motion: Simulator, part: Any, before: int, at: AtChange
+) -> tuple[NDArray[np.intp], Codes]:
+    """Events after which an element is in a new state, and that state.
+
+    ``before``: the mode before the first event.
+    """
+    modes = np.concatenate([[before], part["mode"]]).astype(np.int32)
+    states = states_of_modes(motion.compiled, modes)[:, at.element]
+    changed = states[1:] != states[:-1]
+    if at.takes is not None:
+        changed &= states[1:] == at.takes
+    chosen = np.flatnonzero(changed)
+    return chosen, states[1:][chosen]
 
 
-def last_of(motion: Simulator, position: Floats, velocity: Floats, phase: Floats) -> State:
-    """State of the last point; that of the motion where there is none."""
-    if not len(phase):
-        return motion.last
-    return State(tuple(position[-1]), tuple(velocity[-1]), float(phase[-1]))
+def _section(
+    motion: Simulator, at: At, rows: Floats, phase: Floats, time: Floats, end: RunEnd,
+    **codes: Codes,
+) -> Section:  # fmt: skip
+    """The section from its states, shape (n_point, 2 n); the last one is that of the motion if there is none."""
+    arrays: tuple[Floats | Codes, ...] = (rows, phase, time, *codes.values())
+    for array in arrays:
+        array.flags.writeable = False
+    n, last = motion.compiled.mechanism.degrees, motion.last
+    if len(rows):
+        last = State(tuple(rows[-1, :n]), tuple(rows[-1, n:]), float(phase[-1]))
+    return Section(motion.system, at, rows[:, :n], rows[:, n:], phase, time, end, last, **codes)
 
 
-def check_stop(system: System, contact: Any, stop: StopName) -> None:
-    """Refuse a stop that the system does not have: those of contacts, and soft ones."""
-    contacts = mechanism_of(system).elements
-    if not contacts:
-        raise InvalidParameterError(
-            "system: has no stop, so no section at impacts. Take vi.stroboscopic_section."
-        )
-    check_number("contact", contact, len(contacts))
-    check_stop_name(stop)
-    if not contacts[contact].is_stop:
-        stops = [str(i) for i, one in enumerate(contacts) if one.is_stop]
-        kind = contacts[contact].kind.replace("_", " ")
-        ways = [*stops, f"vi.state_section(..., element={contact}), where it changes its state"]
-        if mechanism_of(system).forces:
-            ways.append("vi.stroboscopic_section")
-        raise InvalidParameterError(
-            f"contact = {contact}: is {kind}, which has no stop. Take {', or '.join(ways)}."
-        )
-    if math.isinf(Stop.at(stop, contact).limit(contacts)):
-        raise InvalidParameterError(
-            f"stop = {stop!r}: contact {contact} has no such stop; use the other one."
-        )
-
-
-def check_number(name: str, value: Any, count: int, advice: str = "") -> None:
-    """Refuse a number that none of so many contacts, or contacts and elements, has."""
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
-    if not whole or not 0 <= value < count:
-        raise refusal(name, value, " to ".join(dict.fromkeys(("0", str(count - 1)))), advice)
-
-
-def check_points(name: str, points: int, system: System) -> None:
-    """Refuse more section points than memory holds; half of the impacts recorded may be points."""
-    size = 2 * record_bytes(mechanism_of(system))
-    check_memory(name, points, size, "Take fewer, then continue from the last state.")
+def _empty(motion: Simulator, at: AtStop, end: RunEnd) -> Section:
+    """The section of a motion that ends before its first point."""
+    n, nothing = motion.compiled.mechanism.degrees, np.empty(0)
+    rows, status = np.empty((0, 2 * n)), np.empty(0, dtype=np.int32)
+    return _section(motion, at, rows, nothing, nothing, end, status=status)

@@ -131,10 +131,10 @@ class Run:
         Time of each event since the start, kept to far below its last digit, shape (n_event,).
     status
         :class:`Status` of each event.
-    contact, stop
-        Number of the contact or element of the event (-1: none), and the stop: 0 is A (upper), 1 is
-        B (lower), -1 none. Contacts, the rigid stops, count first; soft stops and friction follow.
-        For friction ``stop`` tells the limit met: of the slip speed, or of the force while it sticks. Of a
+    contact, side
+        Number of the contact or element of the event (-1: none), and the side of its stop: 1 is A
+        (upper), -1 B (lower), 0 none. Contacts, the rigid stops, count first; soft stops and friction follow.
+        For friction ``side`` tells the limit met: of the slip speed, or of the force while it sticks. Of a
         soft stop it is the one that is met, lets go or recovers.
     position, velocity_before, velocity_after
         Shape (n_event, n).
@@ -155,7 +155,7 @@ class Run:
     time: Floats
     status: Codes
     contact: Codes
-    stop: Codes
+    side: Codes
     position: Floats
     velocity_before: Floats
     velocity_after: Floats
@@ -310,7 +310,7 @@ class Run:
                 "time": (event, self.time),
                 "status": (event, self.status),
                 "contact": (event, self.contact),
-                "stop": (event, self.stop),
+                "side": (event, self.side),
                 "phase": (event, self.phase),
                 "rate_before": (event, self.rate_before),
                 "rate_after": (event, self.rate_after),
@@ -526,7 +526,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     mechanism = mechanism_of(system)
     size = record_bytes(mechanism)
     if t_max == math.inf:
-        check_memory("impacts", impacts, size, "Give t_max, or take vi.impact_section.")
+        check_memory("impacts", impacts, size, "Give t_max, or take vi.section.")
     compiled = compile_mechanism(mechanism, state, t_max)
     at = begin(compiled, state)
     first, first_mode = np.array(at.y), at.mode
@@ -603,7 +603,7 @@ def assembled(
         time=time,
         status=status,
         contact=contact,
-        stop=stops_of(compiled, status, contact, side, mode),
+        side=sides_of(compiled, status, contact, side, mode),
         position=after[:, :n],
         velocity_before=joined("before")[:, n:],
         velocity_after=after[:, n:],
@@ -619,11 +619,8 @@ def assembled(
     )
 
 
-_STOP_OF_SIDE: Codes = np.array([1, -1, 0], dtype=np.int32)  # of -1, 0, 1
-
-
-def stops_of(compiled: Compiled, status: Codes, contact: Codes, side: Codes, mode: Codes) -> Codes:
-    """The stop of each event: of the limit met, or of the soft stop that changes its state.
+def sides_of(compiled: Compiled, status: Codes, contact: Codes, side: Codes, mode: Codes) -> Codes:
+    """The side of each event: of the limit met, or of the soft stop that changes its state.
 
     ``mode``: that at the start, then those after the events.
     """
@@ -637,4 +634,4 @@ def stops_of(compiled: Compiled, status: Codes, contact: Codes, side: Codes, mod
             known = np.array([e.side_of(one) for one in e.State], dtype=np.int32)
             was, now = known[states[here]], known[states[here + 1]]
             sides[here] = np.where(now, now, was)
-    return _STOP_OF_SIDE[sides + 1]
+    return sides

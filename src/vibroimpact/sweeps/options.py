@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
+
+import numpy as np
 
 from vibroimpact._core.checks import shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
@@ -16,9 +20,14 @@ Observe = str | Observer | Sequence[str | Observer]
 MATCHED = "the matching of attractors fixes the observers. For other observers take vi.sweep."
 
 
+def observers_of(more: Observe) -> tuple[Observer, ...]:
+    """Observers of the user, who may have none."""
+    return () if isinstance(more, Sequence) and not more else resolve(more)
+
+
 def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
     """Needed observers and those of the user, which replace needed ones of their kind and label."""
-    given = () if isinstance(more, Sequence) and not more else resolve(more)
+    given = observers_of(more)
     keys = {key_of(observer) for observer in given}
     return *(one for one in resolve(own) if key_of(one) not in keys), *given
 
@@ -35,6 +44,15 @@ def check_options(name: str, options: Mapping[str, Any], *functions: Callable[..
     for option in options:
         if option not in known:
             raise unknown_keyword(name, option, known)
+
+
+def call_of(made_by: str, **own: Any) -> dict[str, str]:
+    """Attributes of a dataset that say by which function it was made, and with which arguments of its own."""
+
+    def plain(value: Any) -> Any:
+        return value.item() if isinstance(value, np.generic) else asdict(value)
+
+    return {"made_by": made_by, "call": json.dumps(own, default=plain)}
 
 
 def check_axes(over: Any, count: int, what: str, example: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,24 +17,16 @@ from vibroimpact.machines.json_text import system_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State, names_of_state
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability, plane
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.observers.observer import Observer
-from vibroimpact.sweeps.observers.section import Section
-from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
 from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.options import LOST, check_options
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
-
-
-class Maker(NamedTuple):
-    """Function that makes sweeps, and the one that reads its arguments from a dataset."""
-
-    make: Callable[..., xr.Dataset]
-    arguments: Callable[[xr.Dataset], dict[str, Any]]
 
 
 @interruptible(LOST)
@@ -77,33 +69,45 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
     check_kind("found", found, xr.Dataset, "a Dataset, as vi.sweep gives")
     if system is not None:
         mechanism_of(system)
-    maker = MAKERS.get(found.attrs.get("made_by", ""))
-    if maker is None:
+    name = found.attrs.get("made_by", "")
+    if name not in MAKERS:
         raise InvalidParameterError(
             f"found: was made by none of {', '.join(MAKERS)}, or has lost its attributes."
         )
-    check_options("rerun_sweep", options, maker.make, sweep)
+    make, shared = MAKERS[name]
+    check_options("rerun_sweep", options, make, sweep)
     try:
-        made, given = _system(found, system), _window(found) | maker.arguments(found)
+        made, given = _system(found, system), _arguments(found, shared)
     except InvalidParameterError:
         raise
     except (KeyError, ValueError, TypeError, StopIteration) as error:
         raise InvalidParameterError(
-            f"found: its attributes are damaged ({error!r}). Give what vi.{maker.make.__name__} "
-            "returned."
+            f"found: its attributes are damaged ({error!r}). Give what vi.{name} returned."
         ) from error
-    return maker.make(made, **given | options)
+    return make(made, **given | options)
 
 
-def _window(found: xr.Dataset) -> dict[str, Any]:
-    """Axes and window of a complete dataset."""
+def _arguments(found: xr.Dataset, shared: tuple[str, ...]) -> dict[str, Any]:
+    """Arguments of the call: those of its sweep, and those that were written down."""
     _check_whole(found)
-    return {
-        "over": {name: found[name].values for name in _swept(found)},
-        "settle_periods": float(found.attrs["settle_periods"]),
-        "periods": float(found.attrs["periods"]),
-        "most_impacts": int(found.attrs["most_impacts"]),
+    attrs = found.attrs
+    read: dict[str, Callable[[], Any]] = {
+        "over": lambda: {name: found[name].values for name in _swept(found)},
+        "start": lambda: _start(found),
+        "observe": lambda: _observers(json.loads(attrs["observe"])),
+        "follow": lambda: attrs["follow"] or None,
+        "settle_periods": lambda: float(attrs["settle_periods"]),
+        "periods": lambda: float(attrs["periods"]),
+        "most_impacts": lambda: int(attrs["most_impacts"]),
     }
+    own = json.loads(attrs["call"])
+    objects: dict[str, Callable[[Any], Any]] = {
+        "start": lambda state: State(**state),
+        "observe": _observers,
+        "at": lambda at: AtStop(**at) if "stop" in at else AtPhase(**at),
+    }
+    written = {name: objects.get(name, lambda x: x)(value) for name, value in own.items()}
+    return {name: read[name]() for name in shared} | written
 
 
 def _system(found: xr.Dataset, given: System | None) -> System:
@@ -140,9 +144,8 @@ def _swept(found: xr.Dataset) -> list[str]:
     return [name for name in found.attrs["swept"].split(", ") if name]
 
 
-def _observed(found: xr.Dataset) -> list[Observer]:
+def _observers(described: list[dict[str, Any]]) -> list[Observer]:
     """Observers with their options."""
-    described = json.loads(found.attrs["observe"])
     return [OBSERVERS[one.pop("observer")](**one) for one in described]
 
 
@@ -169,59 +172,12 @@ def _listed(found: xr.Dataset) -> ListedStarts:
     return ListedStarts(columns[:, :degrees], columns[:, degrees:-1], columns[:, -1])
 
 
-def _of_sweep(found: xr.Dataset) -> dict[str, Any]:
-    """Arguments of sweeps and planes except their axes and their window."""
-    follow = found.attrs["follow"] or None
-    return {"start": _start(found), "observe": _observed(found), "follow": follow}
-
-
-def _of_count(found: xr.Dataset) -> dict[str, Any]:
-    """Arguments of a count of attractors."""
-    arguments = _of_sweep(found) | _matched(found)
-    del arguments["observe"]
-    return arguments
-
-
-def _of_basins(found: xr.Dataset) -> dict[str, Any]:
-    """Arguments of basins; their axes are those of the grid of starts."""
-    grid = _start(found)
-    assert isinstance(grid, GridStarts)
-    arguments = {"over": grid.over, "start": grid.base, "most": int(found.attrs["most"])}
-    return arguments | _matched(found)
-
-
-def _matched(found: xr.Dataset) -> dict[str, Any]:
-    """Arguments for matching attractors."""
-    tolerance = float(found.attrs["tolerance"])
-    if "contact" in found.attrs:
-        contact, stop = int(found.attrs["contact"]), found.attrs["stop"]
-    else:  # of 0.1
-        section = next(one for one in _observed(found) if isinstance(one, Section))
-        contact, stop = section.contact, section.stop
-    return {"stop": stop, "contact": contact, "tolerance": tolerance}
-
-
-def _of_diagram(found: xr.Dataset) -> dict[str, Any]:
-    """Arguments of a diagram; its section is an observer only if it has options of its own."""
-    arguments: dict[str, Any] = {"start": _start(found), "observe": _observed(found)}
-    if "way" in found.attrs:
-        arguments["way"] = found.attrs["way"]
-    kind = Stroboscopic if "at_phase" in found.attrs else Section
-    own = next(one for one in arguments["observe"] if isinstance(one, kind) and not one.label)
-    if isinstance(own, Stroboscopic):
-        if arguments["observe"][0] is own:  # the user's come last
-            arguments["observe"].remove(own)
-        arguments |= {"points": own.points, "at_phase": own.phase}
-    elif own == Section(points=own.points, contact=own.contact, stop=own.stop):
-        arguments["observe"].remove(own)
-        arguments |= {"points": own.points, "contact": own.contact, "stop": own.stop}
-    return arguments
-
-
-MAKERS: dict[str, Maker] = {
-    "sweep": Maker(sweep, _of_sweep),
-    "plane": Maker(plane, _of_sweep),
-    "multistability": Maker(multistability, _of_count),
-    "basins": Maker(basins, _of_basins),
-    "bifurcation_sweep": Maker(bifurcation_sweep, _of_diagram),
-}
+WINDOW = ("settle_periods", "periods", "most_impacts")
+SWEEP = ("over", "start", "observe", "follow", *WINDOW)
+MAKERS: dict[str, tuple[Callable[..., xr.Dataset], tuple[str, ...]]] = {
+    "sweep": (sweep, SWEEP),
+    "plane": (plane, SWEEP),
+    "multistability": (multistability, tuple(name for name in SWEEP if name != "observe")),
+    "basins": (basins, WINDOW),
+    "bifurcation_sweep": (bifurcation_sweep, ("over", "start", *WINDOW)),
+}  # by name: the function, and those of its arguments that are those of its sweep

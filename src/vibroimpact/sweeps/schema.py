@@ -16,6 +16,7 @@ from vibroimpact._core.types import Arrays
 from vibroimpact.machines.json_text import text_of
 from vibroimpact.sweeps.observers.observer import Variable
 from vibroimpact.sweeps.observers.selection import variables_of
+from vibroimpact.sweeps.options import call_of
 from vibroimpact.sweeps.plan import Plan
 from vibroimpact.sweeps.specification import ATTRIBUTE, SweepSpec
 
@@ -116,7 +117,7 @@ def _attrs_of(plan: Plan, specification: SweepSpec) -> dict[str, Any]:
     described = json.loads(specification.text)
     seed = {name: x for name, x in described["start"].items() if name == "seed"}
     return seed | {
-        "made_by": "sweep",
+        **call_of("sweep"),
         "system": repr(plan.system),
         "system_numbers": text_of(plan.system),
         "mechanism": text_of(plan.mechanism),

@@ -145,8 +145,8 @@ def sweep(
     Notes
     -----
     Every member has the same bits whatever the backend, the tile, the order and the number of
-    threads. A followed motion whose stop has moved past it is put on the stop as in
-    :func:`~vibroimpact.sweep_attractor`; a start behind a stop is a status.
+    threads. A followed motion whose stop has moved past it is put on the stop, the
+    centre of mass in its place; a start behind a stop is a status.
 
     Examples
     --------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from vibroimpact._core.deferred import deferred
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Flags, Floats
+from vibroimpact.continuation.curve import End
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.normal import Bundle
 
@@ -25,30 +25,6 @@ MEANINGS = {
     "GR": "grazing: a stop is touched between the impacts",
 }
 BREAKING = "symmetry breaking: two circles that are mirror images are born"
-
-
-class CircleStop(StrEnum):
-    """Reasons for the end of a family of circles."""
-
-    RANGE = "the parameter reached the end of its range"
-    BORN = "the circle shrinks to a periodic orbit (Neimark-Sacker)"
-    BREAKING = "the circle loses its smoothness"
-    STEP = "the step fell below its minimum"
-    POINTS = "the number of points was reached"
-    INTERRUPTED = "it was interrupted"
-    NOT_FOLLOWED = "it was not followed in this direction"
-
-
-@dataclass(frozen=True)
-class CircleEnd:
-    """One end of a family: the reason, details, and for BORN the parameter at the bifurcation."""
-
-    reason: CircleStop
-    detail: str = ""
-    parameter: float | None = None
-
-    def __str__(self) -> str:
-        return f"{self.reason.value}{': ' if self.detail else ''}{self.detail}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +79,7 @@ class CircleBranch:
     special_points
         :class:`CircleEvent` in order along the family.
     ends
-        :class:`CircleEnd` before the first and after the last circle.
+        :class:`End` before the first and after the last circle.
     start
         Index of the circle it was started from.
     """
@@ -112,7 +88,7 @@ class CircleBranch:
     bounds: tuple[float, float]
     circles: tuple[Circle, ...] = field(repr=False)
     special_points: tuple[CircleEvent, ...]
-    ends: tuple[CircleEnd, CircleEnd]
+    ends: tuple[End, End]
     start: int
 
     def __len__(self) -> int:

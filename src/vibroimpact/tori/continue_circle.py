@@ -12,7 +12,7 @@ Method      predict    along the unit tangent (du, drho, dp) of the family, the 
 Assumes     rotation numbers for which smooth circles exist; families have gaps at resonances, over
             which steps pass where the gaps are narrower than the tolerance resolves
 Accuracy    every circle to its tolerance; events to 1e-9 of the range
-Fails       the reasons of ``CircleStop``, with the family up to there
+Fails       the reasons of ``Stopped``, with the family up to there
 Reference   [schilder2005]; theory.md, "Invariant circles"
 """
 
@@ -35,11 +35,12 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.labels import numbered
 from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact.continuation.curve import End, Stopped
 from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.problem import asymmetry
-from vibroimpact.tori.branch import CircleBranch, CircleEnd, CircleEvent, CircleStop
+from vibroimpact.tori.branch import CircleBranch, CircleEvent
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.find import circle_of
 from vibroimpact.tori.fourier import resampled
@@ -164,11 +165,11 @@ def continue_circle(
     if begin.status != FOUND:
         raise refusal("circle", circle, f"a solution at the tolerance {tolerance}", begin.status)
     start = family.circle(begin)
-    backward = _Walked([start], [], CircleEnd(CircleStop.NOT_FOLLOWED))
+    backward = _Walked([start], [], End(Stopped.NOT_FOLLOWED))
     with Reporter(progress, "circles") as report:
         told = report.counted("circles", parameter)
         forward = _walk(family, start, 1.0, told)
-        if both and forward.end.reason is not CircleStop.INTERRUPTED:
+        if both and forward.end.reason is not Stopped.INTERRUPTED:
             backward = _walk(family, start, -1.0, told)
     found = [*reversed(backward.events), *forward.events]
     labels = numbered(event.kind for event in found)
@@ -248,12 +249,12 @@ class _Walked:
 
     circles: list[Circle]
     events: list[CircleEvent]
-    end: CircleEnd
+    end: End
 
 
 def _walk(family: _Family, start: Circle, sense: float, report: CurveProgress) -> _Walked:
     """Follow the family in one direction from a circle."""
-    done, trial = _Walked([start], [], CircleEnd(CircleStop.POINTS)), start.trial
+    done, trial = _Walked([start], [], End(Stopped.POINTS)), start.trial
     images = family.map.images(trial.points, trial.p, trial.times)
     found = Solved(trial, start.residual, FOUND, images)
     zero = np.zeros_like(trial.points)
@@ -273,11 +274,11 @@ def _walk(family: _Family, start: Circle, sense: float, report: CurveProgress) -
             done.events += _events(family, *done.circles[-2:])
             report(len(done.circles), after.trial.p)
             if at_bound:
-                done.end = CircleEnd(CircleStop.RANGE, f"{after.trial.p:.9g}")
+                done.end = End(Stopped.RANGE, f"{after.trial.p:.9g}")
                 break
             found, length = after, min(FASTER * taken, family.steps.largest)
     except KeyboardInterrupt:
-        done.end = CircleEnd(CircleStop.INTERRUPTED)
+        done.end = End(Stopped.INTERRUPTED)
     return done
 
 
@@ -343,17 +344,17 @@ def _passed_centre(before: Trial, after: Trial) -> bool:
     return float(((one - one.mean(axis=0)) * (other - other.mean(axis=0))).sum()) < 0.0
 
 
-def _birth(family: _Family, circles: list[Circle], after: Trial) -> CircleEnd:
+def _birth(family: _Family, circles: list[Circle], after: Trial) -> End:
     """End (5), with the parameter of the Neimark-Sacker point."""
     r1, p1 = circles[-1].radius ** 2, circles[-1].value
     r2, p2 = radius(after.points, family.map.sizes) ** 2, after.p
     if len(circles) > 1 and abs(r1 - r2) < 0.1 * max(r1, r2):
         r2, p2 = circles[-2].radius ** 2, circles[-2].value
     p = p1 - r1 * (p2 - p1) / (r2 - r1) if r1 != r2 else p1
-    return CircleEnd(CircleStop.BORN, f"{family.parameter} = {p:.9g}", p)
+    return End(Stopped.BORN, f"{family.parameter} = {p:.9g}", p)
 
 
-def _ended(family: _Family, last: Circle, why: str) -> CircleEnd:
+def _ended(family: _Family, last: Circle, why: str) -> End:
     """End where the step became too short: the circle breaks, or the iteration fails."""
     p, q = last.resonance
     detail = (
@@ -363,7 +364,7 @@ def _ended(family: _Family, last: Circle, why: str) -> CircleEnd:
         f"{last.least_impact_speed:.3g}"
     )
     rough = last.nodes > family.steps.most_nodes / 4 or "nodes" in why
-    return CircleEnd(CircleStop.BREAKING if rough else CircleStop.STEP, detail)
+    return End(Stopped.BREAKING if rough else Stopped.STEP, detail)
 
 
 # ---- events --------------------------------------------------------------------------------------

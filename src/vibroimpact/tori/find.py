@@ -31,7 +31,7 @@ from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker
 from vibroimpact.orbits.find import stops_of
 from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.problem import Signature, check_signature
-from vibroimpact.simulation.sections import SectionPoints
+from vibroimpact.simulation.sections import Section
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.fourier import shifted
 from vibroimpact.tori.maps import CircleMap, FormulaMap, SignatureMap, impact_map
@@ -63,7 +63,7 @@ class CircleGuess(NamedTuple):
 
 def find_circle(
     subject: System | ExplicitMap,
-    start: State | SectionPoints | BifurcationPoint | Circle | CircleGuess | Sequence[float],
+    start: State | Section | BifurcationPoint | Circle | CircleGuess | Sequence[float],
     *,
     p: float | None = None,
     impacts: Sequence[tuple[int, int] | str] | None = None,
@@ -249,7 +249,7 @@ def _of_formula(
             )
         trial = Trial(curve, rho, value, np.empty((len(curve), 0)))
         return Started(FormulaMap(formula), None, trial.at_nodes(_odd(len(curve))))
-    if isinstance(start, State | SectionPoints | BifurcationPoint):
+    if isinstance(start, State | Section | BifurcationPoint):
         raise refusal("start", start, "a point, a CircleGuess or a Circle for a formula")
     x = numbers("start", start)
     if x.shape != (formula.dimension,):
@@ -293,7 +293,7 @@ def _of_system(
     points: int,
 ) -> Started:
     check_rigid(system)
-    if isinstance(start, SectionPoints):
+    if isinstance(start, Section):
         start = start.last
     if isinstance(start, State):
         return from_motion(system, start, signature, symmetric, settle_iterates, points)

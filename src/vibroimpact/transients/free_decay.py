@@ -172,8 +172,8 @@ class FreeDecay:
         span = float(self._signal.flights.durations.sum())
         t = np.linspace(0.0, span, count)
         unit = self.scales.factor(self._unit)
-        without = None if self._without is None else unit * _sampled(self._without, t)
-        return t * self.scales.time, unit * _sampled(self._signal, t), without
+        without = None if self._without is None else unit * self._without.at(t)
+        return t * self.scales.time, unit * self._signal.at(t), without
 
     def __repr__(self) -> str:
         percent = f"{100.0 * self.to:g} %"
@@ -402,16 +402,3 @@ def _row_of(flights: Flights, row: Floats, order: int, level: float) -> Signal:
     found = flights.signal(lambda code: flights.rows.moved(code, row, order))
     found.series[0] -= level
     return found
-
-
-def _sampled(signal: Signal, t: Floats) -> Floats:
-    """Values of a signal at rising times."""
-    from numpy.polynomial import chebyshev
-
-    w, durations = signal.flights.windows, signal.flights.durations
-    begin = np.cumsum(durations) - durations
-    flight = np.clip(np.searchsorted(begin, t, side="right") - 1, 0, len(begin) - 1)
-    since = np.minimum(t - begin[flight], durations[flight])
-    window = np.minimum(w.first[flight] + (since / w.length).astype(int), w.last[flight])
-    x = 2.0 * (since - w.start[window]) / w.length - 1.0
-    return np.asarray(chebyshev.chebval(x, signal.series[:, window], tensor=False), dtype=float)

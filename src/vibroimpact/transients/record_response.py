@@ -279,7 +279,7 @@ class RecordResponse:
                 "velocity": (both, velocity),
                 "impact_time": ("impact", self.impact_times),
                 "impact_contact": ("impact", self.run.contact[hit]),
-                "impact_stop": ("impact", self.run.stop[hit]),
+                "impact_side": ("impact", self.run.side[hit]),
                 "impact_speed": ("impact", -self.run.rate_before[hit] * scales.velocity),
                 "peak": ("coordinate", [self.peak(name) for name in names]),
                 "rms": ("coordinate", [self.rms(name) for name in names]),

@@ -30,6 +30,7 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.response.band import Band, Unit, band_of, is_frequency
+from vibroimpact.simulation.places import AtPhase
 from vibroimpact.sweeps.analyses.diagram import WAYS, Way, bifurcation_sweep
 from vibroimpact.sweeps.observers.extremes import Extremes
 from vibroimpact.sweeps.observers.impacts import Impacts
@@ -270,7 +271,7 @@ def sine_sweep(
     own = [Extremes(row=coefficients, label=LABEL), Rms(row=coefficients, label=LABEL), Impacts()]
     observers = together(own, options.pop("observe", ()))
     members = bifurcation_sweep(
-        system, over={parameter: values}, start=start or _rest(m.degrees), way=way, at_phase=0.0,
+        system, over={parameter: values}, start=start or _rest(m.degrees), way=way, at=AtPhase(),
         points=1, observe=observers, settle_periods=0, periods=periods_per_step, **options,
     )  # fmt: skip
     return SineSweep(system, chosen, measure.text, int(periods_per_step), members)

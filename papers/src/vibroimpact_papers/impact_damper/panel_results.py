@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.classify import Attractor, classify
-from vibroimpact.attractors.sweep_attractor import Step, carried, sweep_attractor
 from vibroimpact.model.state import State
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.simulation.sections import impact_section
+from vibroimpact.simulation.sections import Section, section
 from vibroimpact_papers.impact_damper import Panel, ParameterSet
 from vibroimpact_papers.impact_damper.measures import same_cloud
 from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, Sweep, damper_of
@@ -22,6 +21,13 @@ from vibroimpact_papers.impact_damper.symmetric_bifurcations import orbits_by_si
 
 CLOSED = 1 / 500  # of the length of a curve: a wider gap between its points is visible
 MORE_POINTS = 64_000  # are then drawn
+
+
+class Step(NamedTuple):
+    """Section at one frequency, and the last state, where the next frequency starts."""
+
+    section: Section
+    last: State
 
 
 @dataclass(frozen=True)
@@ -88,17 +94,20 @@ def follow_both_ways(chosen: ParameterSet, plan: Plan, omegas: tuple[float, ...]
     orbit = branch_orbit(chosen, float(grid[-1]))
     assert orbit is not None, "a sweep starts where the symmetric orbit is a motion"
     start = orbit.state.perturbed(plan.perturbation)
-    damper = damper_of(chosen, float(grid[-1]))
-    settings: dict[str, Any] = {"settle": plan.sweep_settle, "keep": plan.sweep_points}
-    down = sweep_attractor(damper, "omega", grid[::-1], start, **settings)
-    turn = _on_stop(chosen, down[-1])
-    up = sweep_attractor(damper, "omega", grid, turn, **settings)
+    down = _followed(chosen, plan, grid[::-1], start)
+    up = _followed(chosen, plan, grid, down[-1].last)
     return Followed(chosen.name, grid, start, tuple(down[::-1]), tuple(up))
 
 
-def _on_stop(chosen: ParameterSet, step: Step) -> State:
-    mechanism = damper_of(chosen, step.value).mechanism
-    return carried(mechanism, step.last, 0, "A", on_stop=bool(len(step.section)))
+def _followed(chosen: ParameterSet, plan: Plan, omegas: Floats, state: State) -> list[Step]:
+    steps: list[Step] = []
+    for omega in omegas.tolist():
+        found = section(
+            damper_of(chosen, omega), state, points=plan.sweep_points, settle=plan.sweep_settle
+        )
+        state = found.last if len(found) else state
+        steps.append(Step(found, state))
+    return steps
 
 
 def panel_result(chosen: ParameterSet, panel: Panel, followed: Followed, plan: Plan) -> PanelResult:
@@ -119,10 +128,10 @@ def panel_result(chosen: ParameterSet, panel: Panel, followed: Followed, plan: P
 
 def _points(attractor: Attractor) -> Floats:
     """Return the points of the last window, or the last period of a periodic orbit."""
-    section, curve = attractor.section, attractor.shape.curve
+    found, curve = attractor.section, attractor.shape.curve
     if curve is not None and curve.widest_gap > CLOSED * curve.length:
-        section = impact_section(section.system, section.last, points=MORE_POINTS, settle=0)
-    points = np.column_stack([section.x1, section.v1])
+        found = section(found.system, found.last, points=MORE_POINTS, settle=0)
+    points = np.column_stack([found.x1, found.v1])
     return points[-attractor.shape.period :] if attractor.shape.period else points
 
 

@@ -15,15 +15,22 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.attractors.matching import TOLERANCE
 from vibroimpact.model.state import STATE, State
-from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
+from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.label_attractors import LabelledAttractor, label_attractors
 from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.member_status import MemberStatus
-from vibroimpact.sweeps.observers.attractor_section import section_observer
-from vibroimpact.sweeps.options import LOST, MATCHED, check_axes, check_options, refuse
+from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
+from vibroimpact.sweeps.options import (
+    LOST,
+    MATCHED,
+    call_of,
+    check_axes,
+    check_options,
+    refuse,
+)
 from vibroimpact.sweeps.starts import GridStarts
 from vibroimpact.sweeps.states import States
 from vibroimpact.sweeps.sweep import sweep
@@ -34,8 +41,8 @@ POINTS = 8  # of each member: the number that the rule of matching.py needs
 
 @interruptible(LOST)
 def basins(
-    system: System, *, over: Mapping[str, ArrayLike], start: State, stop: StopName = "A",
-    contact: int = 0, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
+    system: System, *, over: Mapping[str, ArrayLike], start: State,
+    at: AtStop | AtPhase | None = None, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Compute basins of attraction on a grid of two state coordinates.
 
@@ -48,9 +55,8 @@ def basins(
         abscissa of figures.
     start
         State with the coordinates that are not varied.
-    stop, contact
-        The section on which attractors are compared, as in :func:`~vibroimpact.impact_section`; of
-        forced friction or a phase switch, the states once per forcing period.
+    at
+        Where the points are by which attractors are compared, as in :func:`~vibroimpact.section`.
     tolerance
         Periodic orbits nearer than this, in units of the largest position and velocity, count as
         one; in (0, 1).
@@ -108,20 +114,20 @@ def basins(
     check_count("most", most, 1)
     share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
-    section = section_observer(system, contact, stop, POINTS)
+    place, starts = observed_place(system, at), GridStarts(over, start)
+    section = section_observer(place, POINTS)
     requested = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
-    starts = GridStarts(over, start)
     members = sweep(system, start=starts, **requested)
     labels, found, ends = label_attractors(
         system, members, starts.states().phase, _extension(system, members, requested),
-        contact=contact, stop=stop, tolerance=tolerance, most=most,
+        at=place, tolerance=tolerance, most=most,
     )  # fmt: skip
     members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
-    matched_by = {
-        "made_by": "basins", "tolerance": tolerance, "most": most, "contact": contact, "stop": stop,
-    }  # fmt: skip
-    return members.assign(attractor=labels, **table).assign_attrs(matched_by)
+    call = call_of(
+        "basins", over=starts.over, start=starts.base, at=place, tolerance=tolerance, most=most
+    )
+    return members.assign(attractor=labels, **table).assign_attrs(call)
 
 
 def attractor_state(basins: xr.Dataset, name: str) -> State:

@@ -18,17 +18,18 @@ from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.model.state import STATE, State
-from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
+from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.observers.attractor_section import section_observer
-from vibroimpact.sweeps.observers.selection import key_of
-from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
+from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
+from vibroimpact.sweeps.observers.selection import describe
 from vibroimpact.sweeps.options import (
     LOST,
     Observe,
+    call_of,
     check_axes,
     check_options,
+    observers_of,
     refuse,
     together,
 )
@@ -42,8 +43,8 @@ WAYS = ("up", "down", "both")
 @interruptible(LOST)
 def bifurcation_sweep(
     system: System, *, over: Mapping[str, ArrayLike], start: State | RandomStarts | ListedStarts,
-    way: Way = "both", stop: StopName = "A", contact: int = 0, points: int = 60,
-    at_phase: float | None = None, observe: Observe = (), **options: Any,
+    way: Way = "both", at: AtStop | AtPhase | None = None, points: int = 60,
+    observe: Observe = (), **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Compute section points along a parameter, followed up and down or from many starts.
 
@@ -59,14 +60,11 @@ def bifurcation_sweep(
     way
         "up", "down", or "both": up from ``start``, then down from where that ended, or from
         ``start`` if nothing ran at the last value. Several starts are not followed.
-    stop, contact
-        The section, as in :func:`~vibroimpact.impact_section`; of forced friction or a phase switch
-        the states once per forcing period, at phase 0.
+    at
+        Where the points are, as in :func:`~vibroimpact.section`; at a phase a motion without impacts
+        has points, too.
     points
         Number of last section points kept at every value, 1 to 10^6.
-    at_phase
-        Take the points once per forcing period, at this phase of the force in radians, instead of
-        at impacts: a motion without impacts then has points, too.
     observe
         Further observers, such as "lyapunov".
     **options
@@ -112,23 +110,17 @@ def bifurcation_sweep(
     )  # fmt: skip
     check_options("bifurcation_sweep", options, bifurcation_sweep, sweep)
     refuse(options, "follow", 'way = "up" or "down" follows the motion.')
-    attrs: dict[str, float] = {}
-    if at_phase is None:
-        section = section_observer(system, contact, stop, points, strobes=points)
-    else:
-        if (contact, stop) != (0, "A"):
-            raise InvalidParameterError(
-                f"contact = {contact}, stop = {stop!r}: are for impacts; not with at_phase."
-            )
-        section = Stroboscopic(points=points, phase=at_phase)
+    place = observed_place(system, at)
+    section = section_observer(place, points, strobes=points)
     observers = together([section, "final"], observe)
-    for one in observers:
-        if isinstance(one, Stroboscopic) and key_of(one) == key_of(section):
-            attrs["at_phase"] = one.phase  # the user's observer replaces the default one
     requested = {"over": over, "observe": observers} | options
-    if not isinstance(start, State):
-        return _columns(sweep(system, start=start, **requested), section.name, attrs)
-    return _columns(_followed(system, next(iter(over)), way, start, requested), section.name, attrs)
+    if isinstance(start, State):
+        members = _followed(system, next(iter(over)), way, start, requested)
+    else:
+        members = sweep(system, start=start, **requested)
+    more = describe(observers_of(observe))
+    call = call_of("bifurcation_sweep", way=way, at=place, points=points, observe=more)
+    return _columns(members, section.name).assign_attrs(call)
 
 
 def _followed(
@@ -149,7 +141,7 @@ def _followed(
     joined = xr.concat(parts, "direction", combine_attrs="override")
     follow = ", ".join(part.attrs["follow"] for part in parts)
     sizes = json.loads(joined.attrs["sizes"]) | {"direction": len(directions)}
-    made = {"way": way, "follow": follow, "sizes": json.dumps(sizes)}
+    made = {"follow": follow, "sizes": json.dumps(sizes)}
     return joined.assign_coords(direction=list(directions)).assign_attrs(made)
 
 
@@ -162,7 +154,7 @@ def _last_state(part: xr.Dataset, name: str, start: State) -> State:
     return State(tuple(position), tuple(velocity), float(phase))
 
 
-def _columns(members: xr.Dataset, name: str, attrs: dict[str, float]) -> xr.Dataset:
+def _columns(members: xr.Dataset, name: str) -> xr.Dataset:
     """Each coordinate of the section under its own name."""
     drawn = [name for name in members.coords if name not in members.dims]
     members = members.drop_vars(drawn)  # coordinates of the starts: x1, v1, ... themselves
@@ -171,5 +163,4 @@ def _columns(members: xr.Dataset, name: str, attrs: dict[str, float]) -> xr.Data
         array = members[f"{name}_{kind}"]
         for i in range(array.sizes["coordinate"]):
             columns[f"{letter}{i + 1}"] = array.isel(coordinate=i, drop=True)
-    members = members.drop_vars([f"{name}_{kind}" for kind in STATE]).assign(columns)
-    return members.assign_attrs({"made_by": "bifurcation_sweep"} | attrs)
+    return members.drop_vars([f"{name}_{kind}" for kind in STATE]).assign(columns)

@@ -30,9 +30,9 @@ from vibroimpact.attractors.classify import Attractor, classify
 from vibroimpact.attractors.matching import TOLERANCE, KnownAttractor, known_attractor, proportional
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import State
-from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
-from vibroimpact.simulation.sections import Scale, Section
+from vibroimpact.simulation.places import At, AtStop
+from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
 from vibroimpact.sweeps.states import States
@@ -95,8 +95,8 @@ class Labels:
 
 
 def label_attractors(
-    system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *, contact: int,
-    stop: StopName, tolerance: float = TOLERANCE, most: int = 64,
+    system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *,
+    at: At, tolerance: float = TOLERANCE, most: int = 64,
 ) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 
@@ -110,8 +110,8 @@ def label_attractors(
         Phases of the starts, in the order of ``end``.
     extend
         Function that continues members from their final states, with the same observers.
-    contact, stop
-        The section.
+    at
+        Where the points are.
     tolerance
         Relative distance below which two periodic members are one orbit.
     most
@@ -130,7 +130,7 @@ def label_attractors(
     codes = motions(members)
     table = Table.of(system, members, codes, begun)
     labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
-    search = Search(labels, contact, stop, tolerance, most)
+    search = Search(labels, at, tolerance, most)
     table = _searched(search, table, extend)
     return *_coded(labels, codes), table.ends
 
@@ -162,8 +162,7 @@ class Search:
     """
 
     labels: Labels
-    contact: int
-    stop: StopName
+    at: At
     tolerance: float
     most: int
     classes: dict[int, Class] = field(default_factory=dict)
@@ -205,11 +204,9 @@ class Search:
     def _classify(self, table: Table, member: int) -> LabelledAttractor | None:
         """Classify a member and label matching ones; return the attractor if it is new."""
         self.most -= 1
-        attractor = classify(
-            table.system, table.ends.state(member), contact=self.contact, stop=self.stop
-        )
+        attractor = classify(table.system, table.ends.state(member), at=self.at)
         own = _points(attractor, table.scale)
-        elsewhere = isinstance(attractor.section, Section) == table.strobed  # not on this section
+        elsewhere = isinstance(attractor.section.at, AtStop) == table.strobed  # not on this section
         if attractor.kind is Kind.SILENT or not len(own) or elsewhere:
             self.left_out.add(member)
             return None

@@ -113,7 +113,7 @@ def symbols_of(members: xr.Dataset) -> Integers:
 
 def column_of(contact: int, stop: StopName, width: int) -> int:
     """Column of the impacts at a stop, in symbols of so many numbers."""
-    return 1 + contact + Stop.at(stop).number * (width // 2)
+    return 1 + contact + (Stop.at(stop).digit - 1) * (width // 2)
 
 
 def symbol(numbers: Integers) -> str:

@@ -23,8 +23,8 @@ from vibroimpact.attractors.matching import (
 )
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
-from vibroimpact.model.stop import StopName
 from vibroimpact.model.system import System
+from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.motion_codes import (
     NO_IMPACTS,
     NOT_PERIODIC,
@@ -32,11 +32,12 @@ from vibroimpact.sweeps.analyses.motion_codes import (
     motions,
     symbols_of,
 )
-from vibroimpact.sweeps.observers.attractor_section import section_observer
+from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
     LOST,
     MATCHED,
     Observe,
+    call_of,
     check_axes,
     check_options,
     refuse,
@@ -109,7 +110,7 @@ def plane(
     check_options("plane", options, plane, sweep)
     observers = together(["symbol", "impacts"], observe)
     members = sweep(system, over=over, observe=observers, start=start, **options)
-    return with_motions(members).assign_attrs(made_by="plane")
+    return with_motions(members).assign_attrs(call_of("plane"))
 
 
 def _impacts(members: xr.Dataset) -> xr.Variable:
@@ -131,7 +132,7 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
 @interruptible(LOST)
 def multistability(
     system: System, *, over: Mapping[str, ArrayLike], start: Many,
-    stop: StopName = "A", contact: int = 0, tolerance: float = TOLERANCE, **options: Any,
+    at: AtStop | AtPhase | None = None, tolerance: float = TOLERANCE, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Count the attractors reached from several starts, at every point of a grid of parameters.
 
@@ -143,8 +144,8 @@ def multistability(
         Values of one, two or more parameters.
     start
         The starts, the same ones at every point.
-    stop, contact
-        The section on which attractors are compared, as for :func:`~vibroimpact.basins`.
+    at
+        Where the points are by which attractors are compared, as for :func:`~vibroimpact.basins`.
     tolerance
         As for :func:`~vibroimpact.basins`.
     **options
@@ -179,22 +180,20 @@ def multistability(
     share("tolerance", tolerance)
     refuse(options, "observe", MATCHED)
     check_options("multistability", options, multistability, sweep)
-    section = section_observer(system, contact, stop, POINTS)
+    place = observed_place(system, at)
+    section = section_observer(place, POINTS)
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts", "speeds", "final"],
         start=start, **options,
     )  # fmt: skip
-    counted = _counted(system, members, list(over), contact, stop, tolerance)
-    made = {
-        "made_by": "multistability", "tolerance": tolerance, "contact": contact, "stop": stop,
-    }  # fmt: skip
-    return members.assign(attractors=counted).assign_attrs(made)
+    counted = _counted(system, members, list(over), place, tolerance)
+    call = call_of("multistability", at=place, tolerance=tolerance)
+    return members.assign(attractors=counted).assign_attrs(call)
 
 
 def _counted(
-    system: System, members: xr.Dataset, over: list[str], contact: int, stop: StopName,
-    tolerance: float,
-) -> xr.DataArray:  # fmt: skip
+    system: System, members: xr.Dataset, over: list[str], at: AtStop | AtPhase, tolerance: float
+) -> xr.DataArray:
     """Number of attractors at every point of the parameters."""
     codes = motions(members)
     shape = [members.sizes[name] for name in over]
@@ -203,24 +202,24 @@ def _counted(
         values = array.transpose(*codes.dims, ...).values
         return values.reshape(*shape, -1, *values.shape[codes.ndim :])
 
-    name = observed_section(members)
-    section = (column(members[f"{name}_{kind}"]) for kind in STATE)
+    section = (column(members[f"{observed_section(members)}_{kind}"]) for kind in STATE)
     points = scale_of(members, system).points(*section)
     each = symbols_of(members)
     symbols = column(xr.DataArray(each, dims=(*codes.dims, "symbol")))
-    impacts = column_of(contact, stop, each.shape[-1])
     kinds, ends = column(codes), column(members["final_position"])
-    if name != "section":  # no stops: motions are distinguished by their points at a phase
+    if isinstance(at, AtStop):
+        impacts = column_of(at.contact, at.stop, each.shape[-1])
+    else:  # motions are distinguished by their points at a phase
         symbols, impacts = strobe_symbols(points), 1
         kinds = np.where(kinds == NO_IMPACTS, NOT_PERIODIC, kinds)
     points[kinds <= NO_IMPACTS] = np.nan
     elsewhere = (kinds > NO_IMPACTS) & np.isnan(points).all(axis=(-2, -1))
     counts = np.zeros(shape, dtype=np.int16)
-    for at in np.ndindex(*shape):
-        others = count_symbols(symbols[at][elsewhere[at]])
-        silent = ends[at][kinds[at] == NO_IMPACTS]
+    for k in np.ndindex(*shape):
+        others = count_symbols(symbols[k][elsewhere[k]])
+        silent = ends[k][kinds[k] == NO_IMPACTS]
         if len(silent):
-            values = {name: float(members[name][i]) for name, i in zip(over, at, strict=True)}
+            values = {name: float(members[name][i]) for name, i in zip(over, k, strict=True)}
             others += len(set(rest_on_stops(with_parameters(system, values), silent)))
-        counts[at] = count_attractors(points[at], symbols[at], impacts, tolerance) + others
+        counts[k] = count_attractors(points[k], symbols[k], impacts, tolerance) + others
     return xr.DataArray(counts, dims=over, coords={name: members[name] for name in over})

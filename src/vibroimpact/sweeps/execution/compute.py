@@ -3,7 +3,8 @@
 Method      systems of the tile x starts are the members; along a followed axis one value after the
             other, each member starting where it ended at the value before                      (1)
             a followed state that has come to lie behind a stop, because the stop moved, is placed
-            on it as in sweep_attractor.py                                                      (2)
+            on it by x += k M^-1 r, r the row of the contact: no body moves that the stop does not
+            push                                                                                (2)
 Assumes     the window is settle + observe times 2 pi / omega, omega of the first forcing line;
             without forcing it is in units of time
 Accuracy    that of the kernel; the same bits in any tile
@@ -21,9 +22,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core import linear
 from vibroimpact._core.types import Arrays, Rows
-from vibroimpact.attractors.sweep_attractor import carried
+from vibroimpact.model.elements.rigid_stop import RigidStop
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.state import State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.sweeps.execution.batch import Batch, Members, batch_of, run_members
 from vibroimpact.sweeps.execution.tiles import Tile
@@ -157,11 +161,34 @@ def _placed(work: _Work, systems: Rows, states: States, behind: Rows) -> States:
     for i in behind:
         values = {name: float(column[systems[i]]) for name, column in work.batch.values.items()}
         mechanism = mechanism_of(with_parameters(work.plan.system, values))
-        state = states.state(i)
-        for contact in range(len(mechanism.rigid_stops)):
-            state = carried(mechanism, state, contact, "A", on_stop=False)
-        position[i] = state.position
+        position[i] = placed(mechanism, states.state(i)).position
     return states._replace(position=position)
+
+
+def placed(mechanism: Mechanism, state: State) -> State:
+    """A state on the stops that it lies behind (2), one contact after the other; others as they are."""
+    for law in mechanism.rigid_stops:
+        u = float(np.dot(law.row, state.position)) - _moved(mechanism, law, state.phase)
+        target = min(max(u, law.lower), law.upper)
+        if abs(target - u) <= _rounding(law, state):
+            continue
+        lift = np.array(linear.solve_definite(mechanism.mass, [[x] for x in law.row]))[:, 0]
+        shift = (target - u) / float(np.dot(law.row, lift)) * lift
+        state = State(tuple(np.add(state.position, shift)), state.velocity, state.phase)
+    return state
+
+
+def _moved(mechanism: Mechanism, law: RigidStop, phase: float) -> float:
+    """How far the stops have moved at this phase of the first line."""
+    angles = [(line, phase * (line.omega / mechanism.omega)) for line in law.motion]
+    return sum(line.sine[0] * math.sin(a) + line.cosine[0] * math.cos(a) for line, a in angles)
+
+
+def _rounding(law: RigidStop, state: State) -> float:
+    """Bound the rounding of row . position: one ulp of each product and of the stop."""
+    terms = sum(abs(r * x) for r, x in zip(law.row, state.position, strict=True))
+    limits = sum(abs(x) for x in (law.lower, law.upper) if math.isfinite(x))
+    return float(np.finfo(float).eps) * (len(law.row) * terms + limits)
 
 
 def _next(work: _Work, systems: Rows, states: States, out: Arrays) -> States:

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import StopName
-from vibroimpact.simulation.sections import check_stop
+from vibroimpact.simulation.places import AtStop, check_stop
 from vibroimpact.sweeps.observers.observer import Observer, Variables, labelled, reals
 
 
@@ -20,7 +20,7 @@ class Rotation(Observer):
     stride
         Every stride-th impact at the stop is a section point, 1 to 10^6.
     contact, stop
-        As in :func:`~vibroimpact.impact_section`.
+        As in :class:`~vibroimpact.AtStop`.
     tolerance
         Where the impact speeds of three points in a row differ by at most this share of the largest
         of them, the motion is at a fixed point, which does not turn; in (0, 1).
@@ -56,7 +56,7 @@ class Rotation(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``rotation``, ``rotation_error``."""
-        check_stop(mechanism, self.contact, self.stop)
+        check_stop(mechanism, AtStop(self.stop, self.contact))
         name, where = labelled(self.name, self.label), f"stop {self.stop} of contact {self.contact}"
         texts = {
             name: f"rotation number per section point at {where}",

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import StopName
-from vibroimpact.simulation.sections import check_stop
+from vibroimpact.simulation.places import AtStop, check_stop
 from vibroimpact.sweeps.observers.observer import Observer, Variables
 from vibroimpact.sweeps.observers.section_points import POINT, points_of
 
@@ -23,7 +23,7 @@ class Section(Observer):
     stride
         Every stride-th impact is a point, 1 to 10^6, from the first in the window on.
     contact, stop
-        As in :func:`~vibroimpact.impact_section`.
+        As in :class:`~vibroimpact.AtStop`.
     label
         Of another section: it names the variables, ``section_<label>_position`` and so on. Members
         are run as often as there are sections.
@@ -38,6 +38,6 @@ class Section(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """States (..., point, coordinate), phases and times (..., point)."""
-        check_stop(mechanism, self.contact, self.stop)
+        check_stop(mechanism, AtStop(self.stop, self.contact))
         where = f"after impact at stop {self.stop} of contact {self.contact}"
         return points_of(self, self.points, POINT, where, mechanism)
