@@ -21,7 +21,7 @@ from vibroimpact import plotting
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 GROUPS = {
     "Systems": [
-        *("ImpactDamper", "ImpactOscillator", "Scales"),
+        *("ImpactDamper", "ImpactOscillator"),
         *("Mechanism", "RigidStop", "RigidStopState", "SoftStop", "SoftStopState"),
         *("Friction", "FrictionState", "NormalLoad", "PhaseSwitch", "PhaseSwitchState"),
         *("Harmonic", "State", "HybridSystem", "LinearMode", "LinearGuard", "Transition"),
@@ -45,13 +45,13 @@ GROUPS = {
     "Branches": [
         *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
         *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
-        *("save_branch", "load_branch"),
+        *("save", "load", "Result"),
     ],
     "Curves in two parameters": [
         *("continue_bifurcation", "continue_level", "BifurcationCurve", "CodimensionTwoPoint"),
         *("switch_curve", "GrazingContact", "NoCurve", "tongue", "Tongue", "NoTongue"),
         *("bifurcation_atlas", "Atlas", "AtlasPoint"),
-        *("MapPoint", "save_curve", "load_curve"),
+        *("MapPoint",),
     ],
     "Invariant circles": [
         *(
@@ -101,9 +101,8 @@ HEAD = """# Reference
 Written by `tools/reference_page.py` from the docstrings. `import vibroimpact as vi`; everything
 below is public, other names are not. Pictures: `from vibroimpact import plotting`.
 
-**Units.** `ImpactDamper` is nondimensional; `ImpactDamper.from_physical` takes SI units and keeps
-the scales: pictures of such a damper are in SI units, arguments and results are not. A `Mechanism`
-has any consistent units. Angles are radians unless a name says degrees.
+**Units.** Arguments and results are in the units of the machine, any consistent ones: SI for a
+machine of `from_physical`, whose labels name them. Angles are radians unless a name says degrees.
 
 **Conventions.** Contact coordinate u = row . x; stop A is the upper one, stop B the lower one; for
 the damper u = x2 - x1, and stop A is u = +half_clearance. A gap is >= 0 where the mechanism may be.

@@ -26,8 +26,6 @@ from vibroimpact.bifurcations.continue_bifurcation import continue_level as cont
 from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
 from vibroimpact.bifurcations.curve import CodimensionTwoPoint as CodimensionTwoPoint
 from vibroimpact.bifurcations.grazing_contact import GrazingContact as GrazingContact
-from vibroimpact.bifurcations.store import load_curve as load_curve
-from vibroimpact.bifurcations.store import save_curve as save_curve
 from vibroimpact.bifurcations.switch_curve import NoCurve as NoCurve
 from vibroimpact.bifurcations.switch_curve import switch_curve as switch_curve
 from vibroimpact.bifurcations.tongue import NoTongue as NoTongue
@@ -39,8 +37,6 @@ from vibroimpact.branches.branch import Branch as Branch
 from vibroimpact.branches.continue_orbit import continue_orbit as continue_orbit
 from vibroimpact.branches.diagram import Diagram as Diagram
 from vibroimpact.branches.diagram import branch_diagram as branch_diagram
-from vibroimpact.branches.store import load_branch as load_branch
-from vibroimpact.branches.store import save_branch as save_branch
 from vibroimpact.branches.switch import NoBranch as NoBranch
 from vibroimpact.branches.switch import switch_branch as switch_branch
 from vibroimpact.continuation import Steps as Steps
@@ -55,7 +51,6 @@ from vibroimpact.design.pareto import ParetoFront as ParetoFront
 from vibroimpact.design.pareto import pareto_front as pareto_front
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
-from vibroimpact.machines.units import Scales as Scales
 from vibroimpact.measures.energy import Energies as Energies
 from vibroimpact.measures.measure import Measure as Measure
 from vibroimpact.measures.measure import measure_of as measure_of
@@ -94,6 +89,9 @@ from vibroimpact.response.response import Response as Response
 from vibroimpact.response.response import frequency_response as frequency_response
 from vibroimpact.response.tuned import TunedDamper as TunedDamper
 from vibroimpact.response.tuned import tuned_damper as tuned_damper
+from vibroimpact.results.files import load as load
+from vibroimpact.results.files import save as save
+from vibroimpact.results.result import Result as Result
 from vibroimpact.simulation.derivatives import MapDerivative as MapDerivative
 from vibroimpact.simulation.derivatives import map_derivative as map_derivative
 from vibroimpact.simulation.hybrid_run import HybridRun as HybridRun

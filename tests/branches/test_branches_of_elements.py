@@ -94,8 +94,8 @@ def test_a_curve_of_period_doubling_passes_that_of_another_branch(soft: vi.Branc
 
 
 def test_a_branch_of_a_soft_stop_comes_back_from_its_file(soft: vi.Branch, tmp_path: Path) -> None:
-    vi.save_branch(soft, tmp_path / "soft.nc")
-    back = vi.load_branch(tmp_path / "soft.nc", SOFT)
+    vi.save(soft, tmp_path / "soft.nc")
+    back = vi.load(tmp_path / "soft.nc", SOFT)
     assert back.family.signature == soft.family.signature
     np.testing.assert_array_equal(back.orbit(-1).multipliers, soft.orbit(-1).multipliers)
     assert back["GR1"].nearest == soft["GR1"].nearest

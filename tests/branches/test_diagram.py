@@ -208,7 +208,7 @@ def test_the_picture_shows_every_branch_over_the_attractors(diagram: Diagram) ->
 def test_the_dataset_holds_the_tree_and_the_cloud(diagram: Diagram) -> None:
     data = diagram.to_dataset()
     assert list(data.symbol.values) == [b.symbol for b in diagram.branches]
-    assert list(data.reached_at.values) == [r.label for r in diagram.reached]
+    assert list(data.reached_label.values) == [r.label for r in diagram.reached]
     assert data.sizes["omega"] == 40
     assert data.attrs["bounds"] == list(RANGE)
     assert diagram.attractors is not None

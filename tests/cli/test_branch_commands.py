@@ -12,7 +12,6 @@ import pytest
 from support.commands import WALL, assert_nothing_written, said
 
 import vibroimpact as vi
-from vibroimpact.branches.store import load_branch
 from vibroimpact.cli import main as cli
 from vibroimpact.normal_forms import NeimarkSacker
 
@@ -44,7 +43,7 @@ def test_branch_writes_and_says_the_branch_of_the_library(
     out = said(["branch", CASE, "--range", "0.9", "1.2", "--out", "b.nc", "--out", "b.svg"], capsys)
     assert repr(expected) in out
     assert out.endswith("wrote b.nc, b.svg\n")
-    np.testing.assert_array_equal(load_branch("b.nc").curve.z, expected.curve.z)
+    np.testing.assert_array_equal(vi.load("b.nc").curve.z, expected.curve.z)
     assert Path("b.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
@@ -54,7 +53,7 @@ def test_omega_and_the_sign_of_the_orbit_may_be_given(capsys: pytest.CaptureFixt
     _, minus = vi.symmetric_orbits(replace(SET_A, omega=1.1))
     branch = vi.continue_orbit(minus, "omega", (1.09, 1.11))
     assert repr(branch) in out
-    np.testing.assert_array_equal(load_branch("b.nc").curve.z, branch.curve.z)
+    np.testing.assert_array_equal(vi.load("b.nc").curve.z, branch.curve.z)
 
 
 def test_another_parameter_of_a_panel_varies_around_its_value(
@@ -71,7 +70,7 @@ def test_switch_goes_from_branch_to_branch(capsys: pytest.CaptureFixture[str]) -
     argv = ["branch", CASE, "--range", "0.666", "0.708", "--switch", "BP1", "--switch", "PD1"]
     out = said([*argv, "--variable", "x1", "--out", "b.nc", "--out", "b.png"], capsys)
     assert out.count("Branch of") == 3
-    assert load_branch("b.nc").symbol == "2-2-2"
+    assert vi.load("b.nc").symbol == "2-2-2"
     assert out.count("1-1-1 orbits") == 2
     assert "PD1 at omega = 0.666281189:" in out
 
@@ -91,7 +90,7 @@ def test_a_rule_ends_every_branch(capsys: pytest.CaptureFixture[str]) -> None:
         for branch in (first, second)
         for end in branch.curve.ends
     )
-    np.testing.assert_array_equal(load_branch("b.nc").curve.z, second.curve.z)
+    np.testing.assert_array_equal(vi.load("b.nc").curve.z, second.curve.z)
 
 
 @pytest.mark.parametrize("rule", ["chaotic=1", "inadmissible", "inadmissible=-1", "unstable=0.5"])
@@ -123,7 +122,7 @@ def test_a_mechanism_starts_from_what_its_motion_settles_to(
     Path("wall.toml").write_text(WALL, encoding="utf-8")
     argv = ["branch", "--config", "wall.toml", "--parameter", "elements[0].restitution"]
     out = said([*argv, "--range", "0.68", "0.72", "--out", "b.nc"], capsys)
-    loaded = load_branch("b.nc")
+    loaded = vi.load("b.nc")
     orbit = vi.find_orbit(loaded.family.system, vi.State((0.0,), (0.0,)))
     branch = vi.continue_orbit(orbit, "elements[0].restitution", (0.68, 0.72))
     assert repr(branch) in out

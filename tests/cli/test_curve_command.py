@@ -56,7 +56,7 @@ def test_curve_writes_and_says_the_curve_of_the_library(
 ) -> None:
     assert repr(expected) in told.out
     assert told.out.endswith(f"wrote {told.curve}, {told.picture}\n")
-    np.testing.assert_array_equal(vi.load_curve(told.curve).curve.z, expected.curve.z)
+    np.testing.assert_array_equal(vi.load(told.curve).curve.z, expected.curve.z)
     assert told.picture.read_text(encoding="utf-8").startswith("<?xml")
 
 
@@ -73,7 +73,7 @@ def test_coefficients_are_printed_with_what_is_born(
 def test_given_once_over_is_the_second_parameter(capsys: pytest.CaptureFixture[str]) -> None:
     out = said([*BRANCH, "--over", "half_clearance=4.9:5.1", "--out", "c.nc"], capsys)
     assert "Curve of NS points" in out
-    loaded = vi.load_curve("c.nc")
+    loaded = vi.load("c.nc")
     assert loaded.names == ("omega", "half_clearance")
     assert loaded.bounds == ((0.9, 1.0), (4.9, 5.1))
 
@@ -87,8 +87,8 @@ def test_then_follows_another_curve_through_a_point_of_the_last_one(
     argv += ["--over", "omega=0.94:1.0", "--over", "half_clearance=1.5:1.61"]
     out = said([*argv, "--out", "c.nc", "--out", "c.png"], capsys)
     assert out.index("Curve of PD points") < out.index("Curve of NS points")
-    assert vi.load_curve("c.nc").kind == "NS"
-    assert vi.load_curve("c.nc").neutral.any()
+    assert vi.load("c.nc").kind == "NS"
+    assert vi.load("c.nc").neutral.any()
 
 
 def test_a_plane_that_was_written_lies_behind(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -167,11 +168,11 @@ def test_an_unknown_machine_or_case_is_answered_by_what_there_is(
         assert "impact-damper/A, B, C, 2a" in message
 
 
-def test_a_text_of_version_0_1_is_read() -> None:
+def test_the_text_of_a_machine_holds_its_fields() -> None:
     text = (
         '{"type": "ImpactDamper", "mass_ratio": 0.1, "omega_n": 0.5, "zeta": 0.045, '
         '"restitution": 0.8, "half_clearance": 5.0, "omega": 1.2, "force": 1.0, '
-        '"scales": {"time": 1.0, "length": 1.0, "mass": 1.0}}'
+        '"mass": 1.0, "si": false}'
     )
     damper = vi.ImpactDamper(
         mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
@@ -201,3 +202,20 @@ def test_a_table_in_si_units_is_that_of_from_physical() -> None:
     Path("both.toml").write_text(f"[damper]\nomega = 1.0\n[damper.physical]\n{lines}\n")
     with pytest.raises(vi.InvalidParameterError, match="physical: is no argument of ImpactDamper"):
         read_case("both.toml")
+
+
+def test_systems_survive_as_text() -> None:
+    scaled = vi.ImpactDamper.from_physical(
+        M1=10.0, M2=0.8, K=4.0e4, C=40.0, F0=60.0, Omega=66.0, D=6.0e-3, restitution=0.6
+    )
+    back = system_of(text_of(scaled))
+    assert back == scaled
+    assert isinstance(back, vi.ImpactDamper)
+    two = vi.Mechanism(
+        mass=((1.0, 0.1), (0.1, 1.0 / 3.0)), damping=((0.1, 0.0), (0.0, 0.2)),
+        stiffness=((2.0, -1.0), (-1.0, 1.0)), constant_force=(0.0, -0.1),
+        forces=(vi.Harmonic(1.0, (1.0, 0.0), (0.0, 0.5)), vi.Harmonic(2.0, (0.0, 0.1))),
+        elements=(vi.RigidStop((1.0, 0.0), lower=-math.pi, restitution=(0.5, 0.25)),),
+    )  # fmt: skip
+    assert repr(system_of(text_of(two))) == repr(two)
+    assert "Infinity" not in text_of(two)

@@ -254,7 +254,7 @@ def test_the_dataset_holds_every_orbit() -> None:
         np.testing.assert_array_equal(data.duration[rows], guess.durations)
         stops = list(zip(data.contact.values[rows], data.side.values[rows], strict=True))
         assert stops == list(orbit.signature.impacts)
-        values = data.multiplier_real[k] + 1j * data.multiplier_imaginary[k]
+        values = data.multipliers_real[k] + 1j * data.multipliers_imaginary[k]
         np.testing.assert_array_equal(values, orbit.multipliers)
 
 

@@ -30,7 +30,7 @@ from vibroimpact_papers.impact_damper.symmetric_bifurcations import nus_of, symm
 from vibroimpact_papers.report import Word
 
 import vibroimpact as vi
-from vibroimpact.bifurcations.store import curve_from_dataset
+from vibroimpact.results.files import result_of
 
 SETS = parameter_sets()
 SMALL = Plan(strong=MappingProxyType({"A": (0.91, 1.05)}), strong_points=(4, 4), plane_settle=20.0)
@@ -156,7 +156,7 @@ def test_the_figure_shows_the_tongues_of_its_files() -> None:
     data = resonance_data(found, SETS["B"], Plan(), claims())
     sides = [part for part in data if "tongue" in part.attrs]
     assert [part.attrs["tongue"] for part in sides] == ["1/5_1", "1/5_1"]
-    curves = [curve_from_dataset(p) for p in data[1:] if "tongue" not in p.attrs]
+    curves = [result_of(p) for p in data[1:] if "tongue" not in p.attrs]
     for one, again in zip(found.tongues, tongues_from(curves, sides), strict=True):
         assert again.tip.parameters == one.tip.parameters
         for a, b in zip(one.sides, again.sides, strict=True):

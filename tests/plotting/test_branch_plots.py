@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from support.pictures import words
 
 import vibroimpact as vi
-from vibroimpact.branches.profile import Stability, coordinate, place_of, profile
+from vibroimpact.branches.branch import Stability, place_of, profile
+from vibroimpact.branches.profile import coordinate
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches, style
 from vibroimpact.plotting.branch_multipliers import _step
 from vibroimpact.plotting.branches import LINES

@@ -532,7 +532,7 @@ def test_datasets_hold_the_numbers_and_pictures_the_curve() -> None:
     line = circle.plot().lines[0]
     assert np.allclose(line.get_ydata()[[0, -1]], circle.states([0.0])[0, 2])
     family = vi.continue_circle(circle, "omega", (1.0073, 1.0074), points=3)
-    assert np.array_equal(family.to_dataset()["value"], family.values)
+    assert np.array_equal(family.to_dataset()["values"], family.values)
     assert len(family.plot().lines) == len(family) - 1
 
 

@@ -171,7 +171,7 @@ def test_rest_on_a_stop_under_a_record_is_one_event_and_ends_when_the_force_lift
     assert lifted == pytest.approx(float(time[-50]) + 0.05 * 24.5, abs=1e-12)
 
 
-def test_records_in_si_units_give_si_responses() -> None:
+def test_records_drive_a_machine_in_si_units_as_the_mechanism() -> None:
     time, values = noise(100, 0.01, size=5.0)
     record = vi.ForceRecord(time, values, kind="base")
     m1, m2, k, c = 120.0, 6.0, 303e3, 242.0
@@ -179,16 +179,16 @@ def test_records_in_si_units_give_si_responses() -> None:
         mass=[[m1, 0.0], [0.0, m2]], damping=[[c, 0.0], [0.0, 0.0]], stiffness=[[k, 0.0], [0.0, 0.0]],
         elements=(vi.RigidStop((-1.0, 1.0), -0.003, 0.003, 0.5),),
     )  # fmt: skip
-    scaled, si = (vi.simulate_record(one, record, after=0.5) for one in (FRAME, plain))
-    assert scaled.impact_times == pytest.approx(si.impact_times, abs=1e-9)
-    assert si.impact_times.size > 5
+    frame, other = (vi.simulate_record(one, record, after=0.5) for one in (FRAME, plain))
+    assert frame.impact_times == pytest.approx(other.impact_times, abs=1e-9)
+    assert frame.impact_times.size > 5
     for number in ("peak", "rms", "largest_impulse"):
-        one, other = (getattr(response, number) for response in (scaled, si))
-        one, other = (x() if callable(x) else x for x in (one, other))
-        assert one == pytest.approx(other, rel=1e-8)
-    assert scaled.peak_acceleration() == pytest.approx(si.peak_acceleration(), rel=1e-8)
-    assert scaled.energies.input == pytest.approx(si.energies.input, rel=1e-8)
-    assert scaled.peak("x2 - x1") == pytest.approx(0.003, abs=1e-12)
+        here, there = (getattr(response, number) for response in (frame, other))
+        here, there = (x() if callable(x) else x for x in (here, there))
+        assert here == pytest.approx(there, rel=1e-8)
+    assert frame.peak_acceleration() == pytest.approx(other.peak_acceleration(), rel=1e-8)
+    assert frame.energies.input == pytest.approx(other.energies.input, rel=1e-8)
+    assert frame.peak("x2 - x1") == pytest.approx(0.003, abs=1e-12)
 
 
 def test_the_largest_impulse_is_that_of_the_jumps_of_momentum() -> None:
@@ -374,13 +374,16 @@ def test_decay_with_impacts_stays_below_the_level_from_its_time_on() -> None:
     assert decay.envelope.time == pytest.approx(times[turns], abs=2e-3)
 
 
-def test_decay_in_si_units_is_the_scaled_one() -> None:
+def test_decay_in_si_units_is_the_nondimensional_one() -> None:
     decay = vi.free_decay(FRAME, {"v1": 0.5})
-    scales = FRAME.scales
-    start = vi.State((0.0, 0.0), (0.5 / scales.velocity, 0.0))
-    plain = vi.free_decay(replace(FRAME, scales=vi.Scales()), start)
-    assert decay.time == pytest.approx(plain.time * scales.time, rel=1e-12)
-    assert decay.reference == pytest.approx(plain.reference * scales.length, rel=1e-12)
+    length, rate = 400.0 / 303e3, math.sqrt(303e3 / 120.0)
+    scaled = replace(
+        DAMPER, mass_ratio=0.05, zeta=FRAME.zeta, restitution=0.5, half_clearance=0.003 / length
+    )
+    plain = vi.free_decay(scaled, {"v1": 0.5 / (length * rate)})
+    assert decay.impacts == plain.impacts > 10
+    assert decay.time == pytest.approx(plain.time / rate, rel=1e-9)
+    assert decay.reference == pytest.approx(plain.reference * length, rel=1e-12)
     assert decay.energies.start == pytest.approx(120.0 * 0.5**2 / 2.0, rel=1e-12)
 
 
@@ -490,7 +493,7 @@ def test_pictures_of_transients_have_units_and_all_curves() -> None:
     assert any(text.get_text().startswith("without impacts: ") for text in ax.get_legend().texts)
     swept = vi.sine_sweep(FRAME, "omega", (6.0, 8.0), unit="Hz", steps=5, progress=False)
     ax = swept.plot()
-    assert ax.get_xlabel() == "forcing frequency [Hz]"
+    assert ax.get_xlabel() == "forcing frequency $f$ [Hz]"
     assert np.asarray(ax.get_lines()[1].get_ydata()) == pytest.approx(swept.peak[1])
     spectrum = vi.response_spectrum(record, [1.0, 2.0, 5.0], unit="Hz")
     assert np.asarray(spectrum.plot().get_lines()[0].get_ydata()) == pytest.approx(

@@ -39,6 +39,7 @@ from vibroimpact.attractors.windows import EXPONENT_IMPACTS, Sampler, Window
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations
+from vibroimpact.results.result import INSIDE, Result, along
 from vibroimpact.simulation.lyapunov import LyapunovEstimate, no_exponent
 from vibroimpact.simulation.places import At, AtStop, place_in, place_without_stops
 from vibroimpact.simulation.sections import Section, check_points, scale_of
@@ -55,7 +56,7 @@ MOST_CHANGES = 3  # changes of the motion while exponents are measured, with a n
 
 
 @dataclass(frozen=True)
-class Attractor:
+class Attractor(Result):
     """Attractor of a motion.
 
     Attributes
@@ -101,15 +102,15 @@ class Attractor:
     shape: InvariantSet
     type: OrbitType | None
     symbol: str
-    multipliers: NDArray[np.complex128] | None
+    multipliers: NDArray[np.complex128] | None = field(metadata=along("multiplier"))
     symmetric: bool | None
     exponent: LyapunovEstimate
     periods_per_point: float
     impacts: int
     chatters: int
     sticks: int
-    section: Section = field(repr=False)
-    progress: Floats = field(repr=False)
+    section: Section = field(metadata=INSIDE, repr=False)
+    progress: Floats = field(metadata=along("coordinate"), repr=False)
     transient: int = 0
     windows: tuple[tuple[int, str], ...] = ()
     rest: str = ""

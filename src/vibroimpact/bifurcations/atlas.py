@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_flag, check_kind, check_progress
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
@@ -30,7 +29,7 @@ from vibroimpact.bifurcations.continue_bifurcation import (
     of_solved_map,
     ranges,
 )
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint, of_curves
 from vibroimpact.bifurcations.emanating import uninterrupted
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
@@ -40,10 +39,10 @@ from vibroimpact.continuation import Steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 KINDS = ("SN", "PD", "BP", "NS")
 ALSO = ("GR", "ZERO")
@@ -76,7 +75,7 @@ class AtlasPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Atlas:
+class Atlas(Result):
     """Curves of bifurcations in the plane of two parameters, and the points at which they meet.
 
     Attributes
@@ -125,43 +124,11 @@ class Atlas:
         )
         return near and first.kind == second.kind
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw all curves; see :func:`vibroimpact.plotting.plot_curves`."""
-        axes: Axes = deferred("plotting.curves", "plot_curves")(
-            self.curves, ax=ax, bounds=self.bounds
-        )
-        return axes
-
     def to_dataset(self) -> xr.Dataset:
-        """Convert the numbers to one xarray dataset.
-
-        Dims ``point``: every point of every curve, with its curve, kind, parameters, ``admissible`` and ``neutral``;
-        ``special``: points of codimension two, with the curve, label, kind and parameters.
-        """
-        import xarray as xr
-
-        curves = self.curves
-        which = np.concatenate([np.full(len(curve), k) for k, curve in enumerate(curves)])
-        values = np.vstack([curve.values for curve in curves])
-        special = [(k, point) for k, curve in enumerate(curves) for point in curve.special_points]
-        first, second = self.names
-        return xr.Dataset(
-            {
-                first: ("point", values[:, 0]),
-                second: ("point", values[:, 1]),
-                "curve": ("point", which),
-                "admissible": ("point", np.concatenate([c.admissible for c in curves])),
-                "neutral": ("point", np.concatenate([c.neutral for c in curves])),
-                "curve_kind": ("curves", [curve.kind for curve in curves]),
-                "curve_orbit": ("curves", [_symbol(curve) for curve in curves]),
-                "special_kind": ("special", [point.kind for _, point in special]),
-                "special_label": ("special", [point.label for _, point in special]),
-                "special_curve": ("special", [k for k, _ in special]),
-                f"special_{first}": ("special", [self._at(point)[0] for _, point in special]),
-                f"special_{second}": ("special", [self._at(point)[1] for _, point in special]),
-            },
-            attrs={"failures": "\n".join(self.failures), "complete": int(self.complete)},
-        )
+        """Convert to one xarray dataset: points and special points of all curves, with the number of the curve."""
+        data = super().to_dataset().assign(of_curves(self.curves, self.names))
+        data = data.assign(curve_orbit=("curves", [_symbol(curve) for curve in self.curves]))
+        return data.assign_attrs(failures="\n".join(self.failures))
 
     def __len__(self) -> int:
         return len(self.curves)

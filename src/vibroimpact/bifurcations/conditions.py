@@ -271,8 +271,8 @@ Function = Callable[[Any, Any, Any], Any]
 class Level(_OneEquation):
     """A function of the orbit keeps a value: g(states, durations, parameters) = value."""
 
-    def __init__(self, plane: OrbitPlane, function: Function, value: float, own: str = "") -> None:
-        self.plane, self.function, self.level, self.own = plane, function, value, own
+    def __init__(self, plane: OrbitPlane, function: Function, level: float, own: str = "") -> None:
+        self.plane, self.function, self.level, self.own = plane, function, level, own
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
         """G minus its level."""

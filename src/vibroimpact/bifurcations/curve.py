@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibroimpact._core.checks import check_index
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
@@ -23,10 +22,10 @@ from vibroimpact.normal_forms import codimension_two
 from vibroimpact.normal_forms.critical import Refusal, Status
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.results.result import INSIDE, Result, along, rows
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 TOUCHES = ("GR", "ZERO", "SIM", "STICK")
 MEANINGS = {
@@ -135,7 +134,7 @@ def is_motion(solution: Any, kind: str = "") -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class BifurcationCurve:
+class BifurcationCurve(Result):
     """Bifurcations of one kind in the plane of two parameters, in order along the curve.
 
     Attributes
@@ -166,12 +165,12 @@ class BifurcationCurve:
     kind: str
     names: tuple[str, str]
     bounds: tuple[Bounds, Bounds]
-    values: Floats
-    multipliers: Complexes = field(repr=False)
-    admissible: Flags = field(repr=False)
-    neutral: Flags = field(repr=False)
-    special_points: tuple[CodimensionTwoPoint, ...]
-    curve: Curve = field(repr=False)
+    values: Floats = field(metadata=along("point", "parameter"))
+    multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
+    admissible: Flags = field(metadata=along("point"), repr=False)
+    neutral: Flags = field(metadata=along("point"), repr=False)
+    special_points: tuple[CodimensionTwoPoint, ...] = field(metadata=rows("special"))
+    curve: Curve = field(metadata=INSIDE, repr=False)
     problem: Augmented = field(repr=False)
 
     def __len__(self) -> int:
@@ -200,15 +199,13 @@ class BifurcationCurve:
         turns: Floats = np.arccos(inside) / (2.0 * np.pi)
         return turns
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the curve in the plane; see :func:`vibroimpact.plotting.plot_curves`."""
-        axes: Axes = deferred("plotting.curves", "plot_curves")([self], ax=ax)
-        return axes
-
     def to_dataset(self) -> xr.Dataset:
-        """Convert the curve to an xarray dataset, as :func:`vibroimpact.save_curve` writes it."""
-        dataset: xr.Dataset = deferred("bifurcations.store", "dataset_of")(self)
-        return dataset
+        """Convert the curve to an xarray dataset: its points, by name of the parameter, and its special points."""
+        data = super().to_dataset().assign(angle=("point", self.angle))
+        for name in self.names:
+            at = [point.parameters[name] for point in self.special_points]
+            data = data.assign({f"special_{name}": ("special", np.array(at, dtype=float))})
+        return data.assign_coords(parameter=list(self.names))
 
     def __repr__(self) -> str:
         found = counted(point.kind for point in self.special_points)
@@ -222,3 +219,21 @@ class BifurcationCurve:
             f"  ends: {self.ends[0]}; {self.ends[1]}",
         ]
         return "\n".join(lines)
+
+
+def of_curves(curves: Sequence[BifurcationCurve], names: tuple[str, str]) -> dict[str, Any]:
+    """Variables of several curves: all points and special points, with the number of the curve, and the kinds."""
+    special = [(k, point) for k, curve in enumerate(curves) for point in curve.special_points]
+    order = [[curve.names.index(name) for name in names] for curve in curves]
+    values = np.vstack([c.values[:, columns] for c, columns in zip(curves, order, strict=True)])
+    return {
+        **{name: ("point", values[:, k]) for k, name in enumerate(names)},
+        "curve": ("point", np.repeat(np.arange(len(curves)), [len(curve) for curve in curves])),
+        "admissible": ("point", np.concatenate([curve.admissible for curve in curves])),
+        "neutral": ("point", np.concatenate([curve.neutral for curve in curves])),
+        "curve_kind": ("curves", [curve.kind for curve in curves]),
+        "special_kind": ("special", [point.kind for _, point in special]),
+        "special_label": ("special", [point.label for _, point in special]),
+        "special_curve": ("special", [k for k, _ in special]),
+        **{f"special_{n}": ("special", [p.parameters[n] for _, p in special]) for n in names},
+    }

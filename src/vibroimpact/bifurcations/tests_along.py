@@ -97,7 +97,7 @@ class AtPair:
     """Test functions of curves of NS."""
 
     def __init__(self, condition: CriticalPair) -> None:
-        self._pair, self.equations = condition, condition.equations
+        self.condition, self.equations = condition, condition.equations
         self._multiplier = CriticalMultiplier(condition.equations, 1.0)
 
     def __call__(self, z: Floats, _w: Floats, a: Pair) -> Mapping[str, float]:
@@ -109,7 +109,7 @@ class AtPair:
         for name, multiplier in ((FOLD, 1.0), (FLIP, -1.0)):
             tests[name] = float(np.linalg.det(self._multiplier.matrix(z, a, multiplier)))
         if len(mu) > 2:
-            tests[OTHERS] = self._pair.tau(z, a, (i, j))
+            tests[OTHERS] = self.condition.tau(z, a, (i, j))
         tests[CUBIC] = self._cubic(z, a) * (1.0 - kappa * kappa) if abs(kappa) < 1.0 else math.nan
         return tests
 

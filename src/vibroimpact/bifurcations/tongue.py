@@ -25,12 +25,11 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from vibroimpact._core.checks import check_kind
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
-from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
+from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint, of_curves
 from vibroimpact.bifurcations.emanating import (
     Born,
     Slice,
@@ -48,9 +47,10 @@ from vibroimpact.continuation import SpecialPoint, Steps
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+from vibroimpact.results.result import Result
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    import xarray as xr
 
 SMALLEST, LARGEST = 0.04, 0.5  # r, relative to the size of the orbit
 GROWTH, LONGEST = 1.5, 4.0  # of r from one try to the next
@@ -72,7 +72,7 @@ class NoTongue(NotFound):
 
 
 @dataclass(frozen=True, eq=False)
-class Tongue:
+class Tongue(Result):
     """Tongue of orbits locked p/q in the plane of two parameters.
 
     Attributes
@@ -103,10 +103,9 @@ class Tongue:
         firsts = [_first_at(side, self.tip, second) for side in self.sides]
         return abs(firsts[0] - firsts[1])
 
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the tongue in the plane; see :func:`vibroimpact.plotting.plot_tongue`."""
-        axes: Axes = deferred("plotting.curves", "plot_tongue")(self, ax=ax)
-        return axes
+    def to_dataset(self) -> xr.Dataset:
+        """Convert to an xarray dataset: points and special points of both sides, with the number of the side."""
+        return super().to_dataset().assign(of_curves(self.sides, self.sides[0].names))
 
     def __repr__(self) -> str:
         p, q = self.resonance

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 from vibroimpact._core.checks import check_index
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.labels import counted, labelled
-from vibroimpact._core.types import Complexes, Flags, Floats
+from vibroimpact._core.types import Complexes, Flags, Floats, Integers
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.compile.prescribed import GAP
 from vibroimpact.continuation import Curve
@@ -18,10 +21,10 @@ from vibroimpact.normal_forms.critical import Status
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.maps import solved_map
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.results.result import INSIDE, Result, along, rows
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 MEANINGS = {
     "SN": "fold: two orbits meet",
@@ -147,7 +150,7 @@ class BifurcationPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(Result):
     """Orbits with one signature along a parameter.
 
     Attributes
@@ -174,14 +177,14 @@ class Branch:
 
     parameter: str
     bounds: tuple[float, float]
-    values: Floats
-    multipliers: Complexes = field(repr=False)
-    admissible: Flags = field(repr=False)
-    stable: Flags = field(repr=False)
-    clearance: Floats = field(repr=False)
-    impact_speed: Floats = field(repr=False)
-    special_points: tuple[BifurcationPoint, ...]
-    curve: Curve = field(repr=False)
+    values: Floats = field(metadata=along("point"))
+    multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
+    admissible: Flags = field(metadata=along("point"), repr=False)
+    stable: Flags = field(metadata=along("point"), repr=False)
+    clearance: Floats = field(metadata=along("point"), repr=False)
+    impact_speed: Floats = field(metadata=along("point"), repr=False)
+    special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special"))
+    curve: Curve = field(metadata=INSIDE, repr=False)
     family: OrbitFamily = field(repr=False)
 
     def __len__(self) -> int:
@@ -209,20 +212,20 @@ class Branch:
     @property
     def stable_share(self) -> float:
         """Share of ``extent`` at which an orbit of the branch is stable."""
-        share: float = deferred("branches.profile", "stable_share")(self)
-        return share
-
-    def plot(self, variable: str = "v1", *, ax: Axes | None = None) -> Axes:
-        """Draw the branch; see :func:`vibroimpact.plotting.plot_branches`."""
-        axes: Axes = deferred("plotting.branches", "plot_branches")(
-            [self], variable=variable, ax=ax
-        )
-        return axes
+        points = profile(self)
+        stretches = np.sort(np.column_stack([points.parameter[:-1], points.parameter[1:]]), axis=1)
+        covered, reached = 0.0, -math.inf
+        for low, high in sorted(map(tuple, stretches[points.stability == Stability.STABLE])):
+            covered += max(0.0, high - max(low, reached))
+            reached = max(reached, high)
+        low, high = self.extent
+        return covered / (high - low) if low < high else float(self.stable.all())
 
     def to_dataset(self) -> xr.Dataset:
-        """Convert the branch to an xarray dataset, as :func:`vibroimpact.save_branch` writes it."""
-        dataset: xr.Dataset = deferred("branches.store", "dataset_of")(self)
-        return dataset
+        """Convert the branch to an xarray dataset: its points, and its special points."""
+        return (
+            super().to_dataset().assign_attrs(system=repr(self.family.system), symbol=self.symbol)
+        )
 
     def __repr__(self) -> str:
         found = counted(point.kind for point in self.special_points)
@@ -234,3 +237,88 @@ class Branch:
             f"  ends: {self.curve.ends[0]}; {self.curve.ends[1]}",
         ]
         return "\n".join(lines)
+
+
+# ---- points and special points in order ------------------------------------------------------------
+
+
+class Stability(IntEnum):
+    """Stability of the orbits of a part of a branch, from stable to inadmissible."""
+
+    STABLE = 0
+    UNSTABLE = 1
+    INADMISSIBLE = 2
+
+
+class BranchProfile(NamedTuple):
+    """Points and special points of a branch in the order of its arclength.
+
+    Attributes
+    ----------
+    parameter
+        Shape (m,).
+    z
+        Unknowns, shape (m, d).
+    special
+        Number of the special point, -1 for others, shape (m,).
+    stability
+        :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
+    """
+
+    parameter: Floats
+    z: Floats
+    special: Integers
+    stability: Integers
+
+
+def unknowns_of(point: BifurcationPoint) -> Floats:
+    """Unknowns z of a special point's orbit."""
+    return point.orbit.problem.packed(point.orbit.states, point.orbit.durations)
+
+
+def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
+    """(index of the nearest point of the branch, arclength) of a special point.
+
+    The arclength is that of the projection onto the tangent there, right to second order of the
+    distance between points.
+    """
+    sizes = branch.family.scale()
+    points = np.column_stack([branch.curve.z, branch.values]) / sizes
+    away = np.append(unknowns_of(point), point.parameter) / sizes - points
+    nearest = int(np.argmin(np.linalg.norm(away, axis=1)))
+    tangent = branch.curve.tangent[nearest] / sizes
+    step = float(away[nearest] @ tangent) / float(tangent @ tangent)
+    return nearest, float(branch.curve.arclength[nearest]) + step
+
+
+def profile(branch: Branch) -> BranchProfile:
+    """Points and special points of a branch in order."""
+    found = branch.special_points
+    places = [place_of(branch, point)[1] for point in found]
+    order = np.argsort(np.concatenate([branch.curve.arclength, places]), kind="stable")
+    special = np.concatenate([np.full(len(branch), -1), np.arange(len(found))]).astype(np.int64)
+    own = np.where(branch.stable, Stability.STABLE, Stability.UNSTABLE)
+    own = np.where(branch.admissible, own, Stability.INADMISSIBLE)
+    stability = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
+    parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
+    z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
+    moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
+    return BranchProfile(parameter, z, special[order], _with_short_ends(_between(stability), moves))
+
+
+def _between(stability: Integers) -> Integers:
+    """Stability between points: the worse of both ends; special points (-1) do not count."""
+    first, second = stability[:-1], stability[1:]
+    stretches = np.maximum(first, second)
+    unknown = np.flatnonzero(stretches < 0)  # between two special points
+    known = np.flatnonzero(stability >= 0)
+    for i in unknown:
+        near = stability[known[np.argmin(np.abs(known - i))]]
+        stretches[i] = max(near, Stability.UNSTABLE)
+    return stretches
+
+
+def _with_short_ends(stretches: Integers, moves: Flags) -> Integers:
+    """Give parts of no length, to a special point at an end, the stability of their neighbours."""
+    beside = np.where(np.arange(len(stretches)) > 0, -1, 1) + np.arange(len(stretches))
+    return np.where(moves, stretches, stretches[np.minimum(beside, len(stretches) - 1)])

@@ -25,20 +25,16 @@ from typing import TYPE_CHECKING, NamedTuple, TypedDict
 
 import numpy as np
 
-from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
     check_index,
-    check_kind,
     check_memory,
     check_progress,
 )
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact.branches.branch import BifurcationPoint, Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.branches.profile import place_of
 from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import NoBranch, switch_branch
@@ -47,12 +43,11 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME, Guess, converged, solve
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import asymmetry, least_cycles
+from vibroimpact.results.result import Result, rows
 from vibroimpact.simulation.places import AtStop
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 Say = Callable[[str], object]
 
@@ -85,7 +80,7 @@ class Reached(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Diagram:
+class Diagram(Result):
     """Branches reachable from an orbit.
 
     Attributes
@@ -110,7 +105,7 @@ class Diagram:
     parameter: str
     bounds: tuple[float, float]
     branches: tuple[Branch, ...] = field(repr=False)
-    reached: tuple[Reached, ...] = field(repr=False)
+    reached: tuple[Reached, ...] = field(metadata=rows("reached"), repr=False)
     untried: tuple[tuple[int, str], ...] = field(repr=False)
     attractors: xr.Dataset | None = field(repr=False)
     interrupted: bool = False
@@ -125,50 +120,10 @@ class Diagram:
         check_index("number", number, len(self.branches))
         return next((r for r in self.reached if r.to == number and r.how == "new"), None)
 
-    def plot(self, variable: str = "v1", *, ax: Axes | None = None, points: bool = True) -> Axes:
-        """Draw all branches and their mirror images over the attractors.
-
-        Coordinates are those just after the impacts at the stop where the first orbit begins, which
-        is the section of the sweep.
-        """
-        check_kind("variable", variable, str, "the name of a coordinate")
-        family = self.branches[0].family
-        held = self.attractors is not None and variable in self.attractors
-        axes: Axes = deferred("plotting.branches", "plot_branches")(
-            self.branches,
-            variable=variable,
-            ax=ax,
-            points=points,
-            stop=family.signature.impacts[0],
-            mirror=not asymmetry(family.mechanism, least_cycles(family.mechanism)),
-            attractors=self.attractors if held else None,
-            bounds=self.bounds,
-        )
-        return axes
-
     def to_dataset(self) -> xr.Dataset:
         """Convert attractors and tree to a dataset; see :meth:`Branch.to_dataset` for branches."""
-        import xarray as xr
-
-        rows = self.reached
-        tree = xr.Dataset(
-            {
-                "reached_from": ("reached", np.array([r.branch for r in rows], dtype=np.int32)),
-                "reached_at": ("reached", np.array([r.label for r in rows], dtype=object)),
-                "reached_branch": (
-                    "reached",
-                    np.array([-1 if r.to is None else r.to for r in rows], dtype=np.int32),
-                ),
-                "reached_how": ("reached", np.array([r.how for r in rows], dtype=object)),
-                "symbol": ("branch", np.array([b.symbol for b in self.branches], dtype=object)),
-            },
-            attrs={
-                "parameter": self.parameter,
-                "bounds": list(self.bounds),
-                "system": repr(self.branches[0].family.system),
-                "version": _kernel.version(),
-            },
-        )
+        symbols = np.array([branch.symbol for branch in self.branches], dtype=object)
+        tree = super().to_dataset().assign(symbol=("branch", symbols))
         return tree if self.attractors is None else tree.merge(self.attractors)
 
     def __repr__(self) -> str:

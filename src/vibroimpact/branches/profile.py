@@ -1,114 +1,18 @@
-"""Profile of a branch: its orbits and special points in order, and their coordinates by name."""
+"""Coordinates of the orbits along a branch, by name."""
 
 from __future__ import annotations
 
 import math
 import re
-from enum import IntEnum
-from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import check_choice
-from vibroimpact._core.types import Flags, Floats, Integers
-from vibroimpact.branches.branch import BifurcationPoint, Branch
+from vibroimpact._core.types import Floats
+from vibroimpact.branches.branch import Branch, BranchProfile
 from vibroimpact.orbits.find import mirrored as mirror_of
 
 ONE_PER_ORBIT = ("speed", "clearance", "period")
-
-
-class Stability(IntEnum):
-    """Stability of the orbits of a part of a branch, from stable to inadmissible."""
-
-    STABLE = 0
-    UNSTABLE = 1
-    INADMISSIBLE = 2
-
-
-class BranchProfile(NamedTuple):
-    """Points and special points of a branch in the order of its arclength.
-
-    Attributes
-    ----------
-    parameter
-        Shape (m,).
-    z
-        Unknowns, shape (m, d).
-    special
-        Number of the special point, -1 for others, shape (m,).
-    stability
-        :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
-    """
-
-    parameter: Floats
-    z: Floats
-    special: Integers
-    stability: Integers
-
-
-def unknowns_of(point: BifurcationPoint) -> Floats:
-    """Unknowns z of a special point's orbit."""
-    return point.orbit.problem.packed(point.orbit.states, point.orbit.durations)
-
-
-def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:
-    """(index of the nearest point of the branch, arclength) of a special point.
-
-    The arclength is that of the projection onto the tangent there, right to second order of the
-    distance between points.
-    """
-    sizes = branch.family.scale()
-    points = np.column_stack([branch.curve.z, branch.values]) / sizes
-    away = np.append(unknowns_of(point), point.parameter) / sizes - points
-    nearest = int(np.argmin(np.linalg.norm(away, axis=1)))
-    tangent = branch.curve.tangent[nearest] / sizes
-    step = float(away[nearest] @ tangent) / float(tangent @ tangent)
-    return nearest, float(branch.curve.arclength[nearest]) + step
-
-
-def profile(branch: Branch) -> BranchProfile:
-    """Points and special points of a branch in order."""
-    found = branch.special_points
-    places = [place_of(branch, point)[1] for point in found]
-    order = np.argsort(np.concatenate([branch.curve.arclength, places]), kind="stable")
-    special = np.concatenate([np.full(len(branch), -1), np.arange(len(found))]).astype(np.int64)
-    own = np.where(branch.stable, Stability.STABLE, Stability.UNSTABLE)
-    own = np.where(branch.admissible, own, Stability.INADMISSIBLE)
-    stability = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
-    parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
-    z = np.vstack([branch.curve.z, *(unknowns_of(point)[None] for point in found)])[order]
-    moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
-    return BranchProfile(parameter, z, special[order], _with_short_ends(_between(stability), moves))
-
-
-def stable_share(branch: Branch) -> float:
-    """Share of the extent of a branch in its parameter at which one of its orbits is stable."""
-    points = profile(branch)
-    stretches = np.sort(np.column_stack([points.parameter[:-1], points.parameter[1:]]), axis=1)
-    covered, reached = 0.0, -math.inf
-    for low, high in sorted(map(tuple, stretches[points.stability == Stability.STABLE])):
-        covered += max(0.0, high - max(low, reached))
-        reached = max(reached, high)
-    low, high = branch.extent
-    return covered / (high - low) if low < high else float(branch.stable.all())
-
-
-def _between(stability: Integers) -> Integers:
-    """Stability between points: the worse of both ends; special points (-1) do not count."""
-    first, second = stability[:-1], stability[1:]
-    stretches = np.maximum(first, second)
-    unknown = np.flatnonzero(stretches < 0)  # between two special points
-    known = np.flatnonzero(stability >= 0)
-    for i in unknown:
-        near = stability[known[np.argmin(np.abs(known - i))]]
-        stretches[i] = max(near, Stability.UNSTABLE)
-    return stretches
-
-
-def _with_short_ends(stretches: Integers, moves: Flags) -> Integers:
-    """Give parts of no length, to a special point at an end, the stability of their neighbours."""
-    beside = np.where(np.arange(len(stretches)) > 0, -1, 1) + np.arange(len(stretches))
-    return np.where(moves, stretches, stretches[np.minimum(beside, len(stretches) - 1)])
 
 
 def impacts_at(branch: Branch, stop: tuple[int, int]) -> list[int]:

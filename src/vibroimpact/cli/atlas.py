@@ -60,5 +60,5 @@ def run(arguments: argparse.Namespace) -> str:
         start, (first, second), (a, b), touches=arguments.touches, levels=arguments.levels,
         most=arguments.most, progress=True,
     )  # fmt: skip
-    write(targets, data=atlas.to_dataset, picture=atlas.plot)
+    write(targets, data=atlas, picture=atlas.plot)
     return str(atlas) + common.listed(targets)

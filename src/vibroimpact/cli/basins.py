@@ -8,7 +8,6 @@ import xarray as xr
 
 from vibroimpact.cli import common, ensemble, members
 from vibroimpact.cli.output import write
-from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import plot_basins
 from vibroimpact.sweeps.analyses.basins import attractor_state, basins, share_of_starts
 from vibroimpact.sweeps.analyses.label_attractors import NOT_MATCHED
@@ -39,19 +38,17 @@ def run(arguments: argparse.Namespace) -> str:
         case.system, over=over, start=members.base_of(arguments, case),
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
-    write(targets, data=lambda: found, picture=lambda: plot_basins(found))
-    return ensemble.report(arguments, targets, case, over, found, *_listed(case.system, found))
+    write(targets, data=found, picture=lambda: plot_basins(found))
+    return ensemble.report(arguments, targets, case, over, found, *_listed(found))
 
 
-def _listed(system: common.System, found: xr.Dataset) -> list[str]:
-    """A line per attractor, one with its state in SI units, and one for unmatched starts."""
-    lines, units = [], units_of(system)
+def _listed(found: xr.Dataset) -> list[str]:
+    """A line per attractor, and one for unmatched starts."""
+    lines = []
     for i, name in enumerate(found["name"].values):
         row, state = found.isel(label=i), attractor_state(found, str(name))
         share = f"{100.0 * row['share'].item():.3g}% of the starts"
         lines.append(f"{name}: {row['kind'].item()}, {share}, for example {state}")
-        if units.si:
-            lines.append(f"  in SI units: {common.state_in(units, state)}")
     left = share_of_starts(found["attractor"], NOT_MATCHED)
     if left:
         lines.append(

@@ -15,7 +15,6 @@ from vibroimpact.branches.switch import NoBranch, switch_branch
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
 from vibroimpact.machines.toml_file import Case
-from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import STATE
 from vibroimpact.model.system import System, mechanism_of
@@ -56,7 +55,7 @@ def add_branch(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--range", type=float, nargs=2, required=True, metavar=("LOW", "HIGH"),
-        help="of the parameter, scaled, not in SI units; the start lies between",
+        help="of the parameter; the start lies between",
     )  # fmt: skip
     group.add_argument(
         "--switch", action="append", default=[], metavar="POINT",
@@ -91,26 +90,9 @@ def run(arguments: argparse.Namespace) -> str:
     """Follow, write, and describe the branches."""
     targets = common.targets_of(arguments)
     branches = branches_of(arguments)
-    write(
-        targets,
-        data=lambda: branches[-1].to_dataset(),
-        picture=lambda: _picture(arguments, branches),
-    )
+    write(targets, data=branches[-1], picture=lambda: _picture(arguments, branches))
     system = branches[0].family.system
-    return "\n".join([str(system), *map(_described, branches)]) + common.listed(targets)
-
-
-def _described(branch: Branch) -> str:
-    """Description of a branch, also with the parameter in SI units if the system has scales."""
-    units, name = units_of(branch.family.system), branch.parameter
-    ends = common.ranges_in_si(branch.family.system, {name: branch.extent})
-    if not ends:
-        return str(branch)
-    places = (
-        (p.label, units.text(units.quantity_of(name), p.parameter)) for p in branch.special_points
-    )
-    points = [f"{label} at {place}" for label, place in places]
-    return f"{branch}\n  in SI units: {', '.join([ends, *points])}"
+    return "\n".join([str(system), *map(str, branches)]) + common.listed(targets)
 
 
 def branches_of(arguments: argparse.Namespace) -> list[Branch]:

@@ -11,7 +11,6 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.members import base_of
 from vibroimpact.cli.output import write
-from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import plot_circle_branch, plot_invariant_circle
 from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
@@ -42,7 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--along", nargs=3, metavar=ALONG,
-        help="follow the circle in a parameter over this range, scaled, which holds its own value: omega, another "
+        help="follow the circle in a parameter over this range, which holds its own value: omega, another "
         "parameter, or a path into a mechanism. The data and the picture are then those of the family: rotation "
         "numbers over the parameter",
     )  # fmt: skip
@@ -67,9 +66,9 @@ def run(arguments: argparse.Namespace) -> str:
         raise common.Failure(f"no circle was found from {state}: {circle.status}.")
     family = None if along is None else _family(arguments, circle, along)
     result = circle if family is None else family
-    write(targets, data=result.to_dataset, picture=lambda: _picture(arguments, circle, family))
-    said = [str(case.system), *_described(case.system, circle)]
-    said += [] if family is None else [str(family), *_in_si(case.system, family)]
+    write(targets, data=result, picture=lambda: _picture(arguments, circle, family))
+    said = [str(case.system), *_described(circle)]
+    said += [] if family is None else [str(family)]
     return "\n".join(said) + common.listed(targets)
 
 
@@ -111,7 +110,7 @@ def _picture(arguments: argparse.Namespace, circle: Circle, family: CircleBranch
 # ---- the words -----------------------------------------------------------------------------------
 
 
-def _described(system: common.System, circle: Circle) -> list[str]:
+def _described(circle: Circle) -> list[str]:
     """Description of the circle, its smoothness and clearance, and a state on it."""
     state, (p, q) = circle.state(), circle.resonance
     full = f"; {circle.full_rotation_number:.12g} turns per full map" if circle.symmetric else ""
@@ -122,28 +121,13 @@ def _described(system: common.System, circle: Circle) -> list[str]:
         f"  normal directions: {kinds}",
         f"  smoothness: decay {circle.decay:.6g} per harmonic, roughness {circle.roughness:.6g}, least angle "
         f"{circle.least_angle:.6g}",
-        f"  {_clearance(system, circle)}; least impact speed {circle.least_impact_speed:.6g}",
-        f"  passes through {state}{common.in_si(system, state)}",
+        f"  {_clearance(circle)}; least impact speed {circle.least_impact_speed:.6g}",
+        f"  passes through {state}",
     ]
 
 
-def _clearance(system: common.System, circle: Circle) -> str:
+def _clearance(circle: Circle) -> str:
     gap = circle.clearance_to_grazing
     if math.isinf(gap):
         return "no gap has an extremum between impacts"
-    units = units_of(system)
-    si = f" ({units.text('length', gap)})" if units.si else ""
-    return f"clearance to grazing {gap:.6g}{si}"
-
-
-def _in_si(system: common.System, family: CircleBranch) -> list[str]:
-    """Range and events in SI units, if the system has scales."""
-    values, name, units = family.values, family.parameter, units_of(system)
-    ends = common.ranges_in_si(system, {name: (float(values.min()), float(values.max()))})
-    if not ends:
-        return []
-    points = [
-        f"{p.label} at {units.text(units.quantity_of(name), p.parameter)}"
-        for p in family.special_points
-    ]
-    return [f"  in SI units: {', '.join([ends, *points])}"]
+    return f"clearance to grazing {gap:.6g}"

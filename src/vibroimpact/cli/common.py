@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import inspect
-import math
 import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping
@@ -15,17 +14,15 @@ from typing import Any, Protocol, cast
 
 from vibroimpact._core.checks import check_target
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
-from vibroimpact.cli.output import DATA
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
-from vibroimpact.machines.units import Units, units_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
-from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 
 System = Machine | Mechanism
@@ -144,12 +141,10 @@ def add_system(parser: argparse.ArgumentParser) -> None:
     """Add the options that define the system: a machine, a case of it, a file, parameters."""
     name = parser.get_default("machine")
     machine, cases = machine_of(name), ", ".join(cases_of(name))
-    physical = f", of a [{PHYSICAL}] file too: {machine.SCALING}" if machine.SCALING else ""
     group = parser.add_argument_group(
         "system",
         f"A named case or a file, and parameters of {name}, which replace those of the case. All "
-        f"numbers given here are scaled{physical}. Results printed or drawn in SI units show their "
-        "units.",
+        f"numbers, given and printed, are in the units of the machine: SI for a [{PHYSICAL}] file.",
     )
     group.add_argument(
         "case", nargs="?", metavar="CASE",
@@ -260,8 +255,8 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
         f"A state (--position and --velocity){', or a symmetric orbit' if known else ''}. Without "
         f"any: the start of the file, or else {ORBIT if known and at_orbit else _free(machine)}.",
     )
-    group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ..., scaled")
-    group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ..., scaled")
+    group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ...")
+    group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ...")
     group.add_argument("--phase", type=float, metavar="THETA", help="phase of the force, radians")
     places, speeds = (" ".join(names) for names in _on_stop_coordinates(machine))
     group.add_argument(
@@ -352,56 +347,6 @@ def _default(arguments: argparse.Namespace, case: Case) -> State:
     if arguments.orbit:
         return orbits[SIGNS.index(arguments.orbit)].state
     return next((o.state for o in orbits if o.stable), orbits[0].state)
-
-
-# ---- SI units ------------------------------------------------------------------------------------
-
-
-def in_si(system: System, state: State, time: float | None = None) -> str:
-    """Line with a state in SI units, and one with the system; none for a nondimensional one."""
-    units = units_of(system)
-    if not units.si or not isinstance(system, Machine):
-        return ""
-    at = "" if time is None else f" at t = {units.text('time', time)}"
-    parameters = _parameters_in_si(system, units)
-    return f"\nin SI units: {state_in(units, state)}{at}\n  {parameters}"
-
-
-def _parameters_in_si(system: Machine, units: Units) -> str:
-    """Parameters in the words of figures: the forcing first, then the others with a unit."""
-    texts = {
-        name: units.text(one.quantity, value)
-        for name, one in units.parameters.items()
-        if (value := getattr(system, name)) is not None
-    }
-    words = []
-    if {"force", "omega"} <= texts.keys():
-        cycles = mechanism_of(system).omega * units.factor("frequency") / (2.0 * math.pi)
-        words = [f"forcing {texts.pop('force')} at {texts.pop('omega')} ({cycles:.6g} Hz)"]
-    words += [f"{_words(name, units)} {x}" for name, x in texts.items()]
-    return ", ".join(words)
-
-
-def _words(name: str, units: Units) -> str:
-    """Name of a parameter in the words of figures, without its symbol and unit."""
-    return parameter_label(name, units).partition(" [")[0].partition(" $")[0]
-
-
-def state_in(units: Units, state: State) -> str:
-    """Positions and velocities of a state, with units."""
-    x, v = units.text("length", *state.position), units.text("velocity", *state.velocity)
-    return f"x = {x}, v = {v}"
-
-
-def ranges_in_si(system: object, axes: Mapping[str, tuple[float, float]]) -> str:
-    """Ranges of parameters or of coordinates of the start in SI units, without plain numbers."""
-    units = units_of(system)
-    measured = {name: units.quantity_of(name) for name in axes}
-    return ", ".join(
-        f"{name} {low * units.factor(measured[name]):.6g} to {units.text(measured[name], high)}"
-        for name, (low, high) in axes.items()
-        if units.unit(measured[name])
-    )
 
 
 # ---- the files -----------------------------------------------------------------------------------

@@ -19,7 +19,6 @@ from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write
-from vibroimpact.machines.units import Units, units_of
 from vibroimpact.normal_forms import Refusal
 from vibroimpact.plotting import plot_curves, plot_plane
 
@@ -80,11 +79,7 @@ def run(arguments: argparse.Namespace) -> str:
     bounds = _bounds(arguments)
     behind = None if arguments.behind is None else plane_in(arguments.behind, tuple(bounds))
     curves = _curves(arguments, bounds)
-    write(
-        targets,
-        data=lambda: curves[-1].to_dataset(),
-        picture=lambda: _picture(curves, behind),
-    )
+    write(targets, data=curves[-1], picture=lambda: _picture(curves, behind))
     system = curves[0].orbit(curves[0].curve.start).system
     return "\n".join([str(system), *map(described, curves)]) + common.listed(targets)
 
@@ -146,13 +141,13 @@ def _picture(curves: Sequence[BifurcationCurve], behind: xr.Dataset | None) -> A
 
 
 def described(curve: BifurcationCurve) -> str:
-    """Description of a curve, with the coefficients at its points, and the points in SI units."""
+    """Description of a curve, with the coefficients at its points."""
     points = [line for point in curve.special_points for line in _coefficients(point)]
     parts = [
         f"  {part.name} is not resolved from point {part.first} to {part.last}: {part.reason}"
         for part in curve.curve.unresolved
     ]
-    return "\n".join([repr(curve), *points, *parts, *_si_text(curve)])
+    return "\n".join([repr(curve), *points, *parts])
 
 
 def _coefficients(point: CodimensionTwoPoint) -> list[str]:
@@ -172,22 +167,3 @@ def _number(value: Any) -> str:
     if isinstance(value, complex):
         return f"{value.real:.12g}{value.imag:+.12g}j"
     return f"{value:.12g}" if isinstance(value, float) else str(value)
-
-
-def _si_text(curve: BifurcationCurve) -> list[str]:
-    """Ranges and special points in SI units, if the system has scales."""
-    system = curve.orbit(0).system
-    units = units_of(system)
-    lows, highs = curve.values.min(axis=0).tolist(), curve.values.max(axis=0).tolist()
-    ranges = common.ranges_in_si(
-        system, dict(zip(curve.names, zip(lows, highs, strict=True), strict=True))
-    )
-    if not ranges:
-        return []
-    points = [f"{p.label} at {_place(p, units)}" for p in curve.special_points]
-    return [f"  in SI units: {', '.join([ranges, *points])}"]
-
-
-def _place(point: CodimensionTwoPoint, units: Units) -> str:
-    named = point.parameters.items()
-    return f"({', '.join(units.text(units.quantity_of(name), value) for name, value in named)})"

@@ -6,14 +6,11 @@ import argparse
 
 import numpy as np
 
-from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common, members
 from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write
 from vibroimpact.design.objective import mean_over, worst_over
 from vibroimpact.design.optimise import Design, optimise
-from vibroimpact.machines.units import units_of
-from vibroimpact.model.system import System
 from vibroimpact.plotting.design_report import design_report
 from vibroimpact.plotting.report import PAGES
 from vibroimpact.response.response import frequency_response
@@ -33,13 +30,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("design")
     group.add_argument(
         "--vary", required=True, action="append", metavar=RANGE,
-        help="a parameter and its bounds, scaled; once for each parameter",
+        help="a parameter and its bounds; once for each parameter",
     )  # fmt: skip
-    group.add_argument(
-        "--si",
-        action="store_true",
-        help="the bounds of --vary are in SI units: m, N, rad/s; of a [physical] file",
-    )
     members.add_band(group, worst_over)
     group.add_argument(
         "--mean", action="store_true", help="judge by the mean over the band, not by the worst"
@@ -61,26 +53,14 @@ def run(arguments: argparse.Namespace) -> str:
     case = members.case_of(arguments, {parameter: np.array(band)})
     judge = mean_over if arguments.mean else worst_over
     objective = judge(parameter, band, **common.given(arguments, ("measure", "unit", *JUDGED)))
-    vary = ranges_of(arguments.vary, "vary")
     best = optimise(
-        case.system, _own(case.system, vary) if arguments.si else vary, objective,
+        case.system, ranges_of(arguments.vary, "vary"), objective,
         **common.given(arguments, (*SEARCHED, "store")),
     )  # fmt: skip
     if best.interrupted:
         raise KeyboardInterrupt
-    write(targets, data=best.to_dataset, picture=best.plot, page=lambda: _page(arguments, best))
+    write(targets, data=best, picture=best.plot, page=lambda: _page(arguments, best))
     return f"{case.system}\n{best}\n{_looked_at(best)}{common.listed(targets)}"
-
-
-def _own(system: System, vary: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """Bounds in SI units in those of the machine."""
-    units = units_of(system)
-    if not units.si:
-        raise InvalidParameterError(
-            "si: the machine has no physical scales. Give a [physical] file, or leave --si out."
-        )
-    factors = {name: units.factor(units.quantity_of(name)) for name in vary}
-    return {name: (a / factors[name], b / factors[name]) for name, (a, b) in vary.items()}
 
 
 def _looked_at(best: Design) -> str:
@@ -90,7 +70,7 @@ def _looked_at(best: Design) -> str:
         low, high, _ = best.robust[name]
         unit = best.units[name]
         lines.append(
-            f"  {name}: derivative {slope:.4g}; within 1 dB from {low:.6g} to {high:.6g} {unit}".rstrip()
+            f"  {name}: derivative {slope.value:.4g}; within 1 dB from {low:.6g} to {high:.6g} {unit}".rstrip()
         )
     seen = f"  {best.verified:.6g} {best.units['']}".rstrip()
     seen += " with twice as many values of the band and starts as the last judgement"

@@ -69,8 +69,7 @@ def add_over(parser: argparse.ArgumentParser, text: str) -> None:
     """Add the option for the axes of the grid."""
     parser.add_argument(
         "--over", action="append", required=True, metavar=GRID,
-        help=f"{text}, scaled, not in SI units; may be repeated. NAME=A,B,C gives the values one "
-        "by one",
+        help=f"{text}; may be repeated. NAME=A,B,C gives the values one by one",
     )  # fmt: skip
 
 
@@ -128,7 +127,7 @@ def computed(
     """Rehearse the picture, compute, and write."""
     _rehearse(targets, over, start, compute, draw)
     found = compute(over=over, start=start, **options_of(arguments))
-    write(targets, data=lambda: found, picture=lambda: draw(found))
+    write(targets, data=found, picture=lambda: draw(found))
     return found
 
 
@@ -169,7 +168,7 @@ def report(
 ) -> str:  # fmt: skip
     """What moves, what was varied, how the members ended, more lines, and what was kept where."""
     store = [f"kept in {store_path(arguments.store)}"] if arguments.store else []
-    lines = [system_over(case, over), *_shape(case, found, over), _ends(found), *more, *store]
+    lines = [system_over(case, over), _shape(found, over), _ends(found), *more, *store]
     return "\n".join(lines) + common.listed(targets)
 
 
@@ -195,13 +194,10 @@ def system_over(case: Case, over: dict[str, Floats]) -> str:
     return text
 
 
-def _shape(case: Case, members: xr.Dataset, over: dict[str, Floats]) -> list[str]:
-    """A line that says what was varied, and one with that in SI units."""
+def _shape(members: xr.Dataset, over: dict[str, Floats]) -> str:
+    """A line that says what was varied."""
     grid = [name for name in members["end"].dims if name not in (*over, "start", "direction")]
     axes = over | {str(name): members[name].values for name in grid}
     parts = [f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})" for name, axis in axes.items()]
     starts = members.sizes.get("start")
-    ends = {name: (float(axis[0]), float(axis[-1])) for name, axis in axes.items()}
-    si = common.ranges_in_si(case.system, ends)
-    line = ", ".join(parts + ([f"{starts} starts"] if starts else []))
-    return [line, f"in SI units: {si}"] if si else [line]
+    return ", ".join(parts + ([f"{starts} starts"] if starts else []))

@@ -57,11 +57,9 @@ def add_band(parser: argparse._ActionsContainer, function: Callable[..., Any]) -
     """Add what varies while a machine runs, its band, and what a function measures over it."""
     parser.add_argument(
         "--over", required=True, action="append", metavar=RANGE,
-        help="the parameter, usually omega, and its band: in --unit, or else scaled",
+        help="the parameter, usually omega, and its band",
     )  # fmt: skip
-    parser.add_argument(
-        "--unit", metavar="UNIT", help="Hz or rad/s, of a band of forcing frequencies"
-    )
+    parser.add_argument("--unit", metavar="UNIT", help="Hz, of a band of forcing frequencies")
     common.add_arguments_of(parser, function, ["measure"], measure=MEASURE)
 
 

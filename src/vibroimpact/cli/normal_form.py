@@ -12,7 +12,6 @@ import numpy as np
 from vibroimpact.branches.branch import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
-from vibroimpact.machines.units import Units, units_of
 from vibroimpact.normal_forms import (
     BranchPoint,
     CentreManifold,
@@ -84,27 +83,7 @@ def _facts(point: BifurcationPoint, form: NormalForm) -> Facts:
         facts |= _of_fold(form)
     elif isinstance(form, BranchPoint):
         facts |= _of_crossing(form)
-    return facts | _in_si(units_of(point.orbit.system), facts)
-
-
-def _in_si(units: Units, facts: Facts) -> Facts:
-    """Parameter and widths in SI units, for a system with physical scales."""
-    if not units.si:
-        return {}
-    across = units.quantity_of(facts["parameter"])
-    names, widths = facts["coordinates"], facts.get("half_width_law", [])
-    root = units.factor(across) ** 0.5
-    return {
-        "si": {
-            "value": facts["value"] * units.factor(across),
-            "unit": units.unit(across),
-            "half_width_law": [
-                w * units.factor(units.quantity_of(n)) / root
-                for n, w in zip(names, widths, strict=False)
-            ],
-            "half_width_units": [units.unit(units.quantity_of(n)) or "rad" for n in names],
-        }
-    }
+    return facts
 
 
 def _coordinates(solved: SegmentMap) -> list[str]:
@@ -205,7 +184,6 @@ def _text(point: BifurcationPoint, facts: Facts) -> str:
         repr(point),
         f"{facts['orbit']} orbit, {facts['map']} in {', '.join(facts['coordinates'])}",
         *words(facts),
-        *_si_text(facts),
         *(f"warning: {sentence}" for sentence in facts.get("warnings", [])),
     ]
     return "\n".join(lines)
@@ -275,17 +253,6 @@ def _size(name: str, facts: Facts) -> list[str]:
         f"{facts['value']:.9g}",
         "half width / sqrt|dp|: " + ", ".join(f"{c} {width:.6g}" for c, width in widths),
     ]
-
-
-def _si_text(facts: Facts) -> list[str]:
-    """Line with the parameter and the widths in SI units."""
-    if not (si := facts.get("si")):
-        return []
-    place = f"{facts['parameter']} = {si['value']:.9g} {si['unit']}".rstrip()
-    laws = zip(facts["coordinates"], si["half_width_law"], si["half_width_units"], strict=False)
-    listed = ", ".join(f"{name} {width:.6g} {unit}" for name, width, unit in laws)
-    widths = [f"half width / sqrt|dp|: {listed}"] if listed else []
-    return [f"in SI units: {'; '.join([place, *widths])}"]
 
 
 def _complex(pair: list[float]) -> str:

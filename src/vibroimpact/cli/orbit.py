@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -43,12 +42,10 @@ def run(arguments: argparse.Namespace) -> str:
         )
     write(
         targets,
-        data=lambda: _dataset(damper, orbits),
+        data=_dataset(damper, orbits),
         picture=lambda: plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits))),
     )
-    return "\n".join(
-        [str(damper), *map(partial(_described, damper), SIGNS, orbits)]
-    ) + common.listed(targets)
+    return "\n".join([str(damper), *map(_described, SIGNS, orbits)]) + common.listed(targets)
 
 
 def _name(sign: int, orbit: Orbit) -> str:
@@ -56,13 +53,12 @@ def _name(sign: int, orbit: Orbit) -> str:
     return f"sign {sign:+d}, {'stable' if orbit.stable else 'unstable'}{reason}"
 
 
-def _described(damper: ImpactDamper, sign: int, orbit: Orbit) -> str:
+def _described(sign: int, orbit: Orbit) -> str:
     sizes = ", ".join(f"{abs(value):.6g}" for value in orbit.multipliers)
     return (
         f"sign {sign:+d}: {orbit}\n  {orbit.state}\n"
         f"  moduli of the multipliers of the full map: {sizes}\n"
         f"  relative error of the determinant identity: {orbit.determinant_error:.1e}"
-        + common.in_si(damper, orbit.state).replace("\n", "\n  ")
     )
 
 

@@ -6,10 +6,10 @@ import argparse
 from pathlib import Path
 
 from vibroimpact._core.checks import check_target
-from vibroimpact._core.files import replacing
 from vibroimpact.cli import common
-from vibroimpact.cli.output import DATA
 from vibroimpact.orbits.search import find_orbits
+from vibroimpact.results.files import SUFFIXES as DATA
+from vibroimpact.results.files import save
 
 EXAMPLE = (
     "  vibroimpact orbits impact-damper/A --omega 1.2 --cycles 2 --impacts 4 --starts 200 "
@@ -38,6 +38,5 @@ def run(arguments: argparse.Namespace) -> str:
     if not found.orbits:
         raise common.Failure(f"no periodic orbit was found. {found}")
     if out:
-        with replacing(out) as temporary:
-            found.to_dataset().to_netcdf(temporary, engine="h5netcdf")
+        save(found, out)
     return f"{system}\n{found}\n{found.table()}{common.listed([out] if out else [])}"

@@ -1,25 +1,25 @@
-"""What a command writes: data to netCDF, pictures by matplotlib, pages of HTML, all files or none."""
+"""What a command writes: data to netCDF or CSV, pictures by matplotlib, pages of HTML, all files or none."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
-import xarray as xr
 from matplotlib.axes import Axes
 
 from vibroimpact._core.files import replacing
 from vibroimpact.plotting import save
 from vibroimpact.plotting.report import PAGES
 from vibroimpact.plotting.style import PICTURES
-
-DATA = (".nc",)
+from vibroimpact.results.files import SUFFIXES as DATA
+from vibroimpact.results.files import write as write_data
 
 
 def write(
-    paths: list[Path], *, data: Callable[[], xr.Dataset], picture: Callable[[], Axes],
+    paths: list[Path], *, data: Any, picture: Callable[[], Axes],
     page: Callable[[], str] = str,
 ) -> None:  # fmt: skip
     """Write files by their suffixes: all of them, or none.
@@ -28,23 +28,27 @@ def write(
     ----------
     paths
         Files that :func:`check_target` has passed.
-    data, picture, page
-        Make what is written to netCDF, to pictures and to HTML; called only where a file wants it.
+    data
+        The result for data files.
+    picture, page
+        Make what is written to pictures and to HTML; called only where a file wants it.
     """
     _write([(path, data) for path in paths], picture, page)
 
 
 def write_each(
-    paths: list[Path], *, data: Sequence[Callable[[], xr.Dataset]], picture: Callable[[], Axes]
+    paths: list[Path], *, data: Sequence[Any], picture: Callable[[], Axes]
 ) -> list[Path]:
-    """Write several datasets to numbered files, name-1.nc, name-2.nc, ..., and pictures: all, or none.
+    """Write several results to numbered files, name-1.nc, name-2.nc, ..., and pictures: all, or none.
 
     Parameters
     ----------
     paths
         Files that :func:`check_target` has passed; those of data without a number.
-    data, picture
-        Make what is written; called only where a file wants it.
+    data
+        The results.
+    picture
+        Makes the picture; called only where a file wants it.
 
     Returns
     -------
@@ -56,23 +60,21 @@ def write_each(
     return [path for path, _ in files]
 
 
-def _numbered(
-    path: Path, data: Sequence[Callable[[], xr.Dataset]]
-) -> list[tuple[Path, Callable[[], xr.Dataset]]]:
+def _numbered(path: Path, data: Sequence[Any]) -> list[tuple[Path, Any]]:
     if path.suffix.lower() not in DATA:
         return [(path, data[0])]  # a picture
     return [(path.with_stem(f"{path.stem}-{i}"), one) for i, one in enumerate(data, 1)]
 
 
 def _write(
-    files: Sequence[tuple[Path, Callable[[], xr.Dataset]]], picture: Callable[[], Axes],
+    files: Sequence[tuple[Path, Any]], picture: Callable[[], Axes],
     page: Callable[[], str] = str,
 ) -> None:  # fmt: skip
     with ExitStack() as stack:
         for path, data in files:
             temporary = stack.enter_context(replacing(path))
             if path.suffix.lower() in DATA:
-                data().to_netcdf(temporary, engine="h5netcdf")
+                write_data(data, temporary)
             elif path.suffix.lower() in PAGES:
                 plt.switch_backend("agg")
                 temporary.write_text(page(), encoding="utf-8")

@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace) -> str:
     drawn: dict[str, Any] = {"compare": arguments.compare, "decibel": arguments.decibel}
     write(
         targets,
-        data=lambda: response.to_dataset(si=True),
+        data=response,
         picture=lambda: plot_response(response, **drawn),
         page=lambda: report_of(
             response, title=arguments.title, command=common.command_of(arguments), **drawn

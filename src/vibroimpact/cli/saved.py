@@ -10,10 +10,9 @@ from typing import NamedTuple, TypeVar
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import check_choice
+from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact.bifurcations.augmented import Both
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.bifurcations.store import load_curve
 from vibroimpact.bifurcations.switch_curve import NoCurve
 from vibroimpact.bifurcations.tongue import NoTongue
 from vibroimpact.cli import common
@@ -21,6 +20,7 @@ from vibroimpact.cli.curve import add_behind, plane_in
 from vibroimpact.cli.members import RANGE, ranges_of
 from vibroimpact.cli.output import write_each
 from vibroimpact.plotting import plot_curves, plot_plane
+from vibroimpact.results.files import load
 
 Found = TypeVar("Found")
 
@@ -43,7 +43,7 @@ def add_point(parser: argparse.ArgumentParser, example: str) -> None:
     )
     parser.add_argument(
         "--over", action="append", default=[], metavar=RANGE,
-        help="a parameter of the curve and its range, scaled; may be given for both (default: the ranges of the "
+        help="a parameter of the curve and its range; may be given for both (default: the ranges of the "
         "curve). The smaller they are, the sooner the result is there",
     )  # fmt: skip
     add_behind(parser)
@@ -53,7 +53,8 @@ def add_point(parser: argparse.ArgumentParser, example: str) -> None:
 def request_of(arguments: argparse.Namespace) -> Request:
     """Request of a command, checked before anything is computed."""
     targets = common.targets_of(arguments)
-    curve = load_curve(arguments.curve)
+    curve = load(arguments.curve)
+    check_kind("curve", curve, BifurcationCurve, "a file that vibroimpact curve wrote")
     check_choice("at", arguments.at, [point.label for point in curve.special_points])
     bounds = _bounds_of(arguments, curve)
     behind = None if arguments.behind is None else plane_in(arguments.behind, curve.names)
@@ -91,7 +92,5 @@ def report(
     picture: Callable[[], Axes],
 ) -> str:  # fmt: skip
     """Write the curves, and describe the system, what was found, and the files."""
-    written = write_each(
-        request.targets, data=[curve.to_dataset for curve in curves], picture=picture
-    )
+    written = write_each(request.targets, data=curves, picture=picture)
     return "\n".join([str(request.point.orbit.system), *said]) + common.listed(written)

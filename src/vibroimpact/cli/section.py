@@ -38,6 +38,5 @@ def run(arguments: argparse.Namespace) -> str:
     if found.end is not RunEnd.POINTS:
         raise common.Failure(f"after {len(found)} points: {found.end.sentence}.")
     axes = common.given(arguments, AXES)
-    write(targets, data=found.to_dataset, picture=lambda: plot_section(found, **axes))
-    si = common.in_si(case.system, found.last, float(found.time[-1]))
-    return f"{case.system}\n{state}\n{found}\nends in {found.last}{si}{common.listed(targets)}"
+    write(targets, data=found, picture=lambda: plot_section(found, **axes))
+    return f"{case.system}\n{state}\n{found}\nends in {found.last}{common.listed(targets)}"

@@ -11,7 +11,6 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import write
 from vibroimpact.machines.toml_file import HybridCase
-from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import plot_history, plot_hybrid_run
 from vibroimpact.simulation.hybrid_run import simulate_hybrid
@@ -33,8 +32,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_arguments_of(parser, simulate, LENGTH)
     parser.add_argument(
         "--window", type=float, nargs=2, metavar=("T0", "T1"),
-        help="time shown in the picture, in its units, which are seconds for a [physical] file "
-        f"(default: the last {PERIODS} forcing periods)",
+        help=f"time shown in the picture (default: the last {PERIODS} forcing periods)",
     )  # fmt: skip
     common.add_out(parser)
 
@@ -50,9 +48,8 @@ def run(arguments: argparse.Namespace) -> str:
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
         way = " Give --t-max." if motion.end is RunEnd.EVENTS else ""
         raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{way}")
-    write(targets, data=motion.to_dataset, picture=lambda: _picture(motion, arguments.window))
-    si = common.in_si(case.system, motion.last, float(motion.time[-1]))
-    return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{si}{common.listed(targets)}"
+    write(targets, data=motion, picture=lambda: _picture(motion, arguments.window))
+    return f"{case.system}\n{state}\n{motion}\nends in {motion.last}{common.listed(targets)}"
 
 
 def _hybrid(arguments: argparse.Namespace, case: HybridCase, targets: list[Path]) -> str:
@@ -78,13 +75,12 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase, targets: list[Path]
     )  # fmt: skip
     if motion.end not in (RunEnd.HORIZON, RunEnd.EVENTS):
         raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
-    write(targets, data=motion.to_dataset, picture=lambda: plot_hybrid_run(motion))
+    write(targets, data=motion, picture=lambda: plot_hybrid_run(motion))
     return f"{motion}\nends in {motion.modes[-1]}: {motion.after[-1]}{common.listed(targets)}"
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:
     if window:
-        unit = units_of(motion.system).scales.time
-        return plot_history(motion, *(t / unit for t in window))
+        return plot_history(motion, *window)
     omega, end = mechanism_of(motion.system).omega, float(motion.time[-1])
     return plot_history(motion, max(0.0, end - PERIODS * TURN / omega) if omega else 0.0)

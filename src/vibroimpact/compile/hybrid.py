@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -278,10 +279,10 @@ def hybrid_of(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
 
 
 class Compiled:
-    """Mechanism compiled for the kernel. Modes of closed sets are added when first needed."""
+    """Mechanism compiled for the kernel. Modes of closed sets, by ``codes``, are added when first needed."""
 
-    def __init__(self, mechanism: Mechanism, pace: float = 0.0) -> None:
-        self.mechanism = mechanism
+    def __init__(self, mechanism: Mechanism, pace: float = 0.0, codes: Sequence[int] = ()) -> None:
+        self.mechanism, self.pace = mechanism, pace
         self._hybrid = h = hybrid_of(mechanism, pace)
         self.dense, self.size, self.free = h.dense, h.size, h.free
         self.rate, self.step, self.most_pace, self.units = h.rate, h.step, h.most_pace, h.units
@@ -301,8 +302,9 @@ class Compiled:
         for matrix, shift in h.resets:
             self.kernel.add_reset(matrix=np.array(matrix), shift=shift)
         self.codes = list[int]()
-        for code in h.codes:
-            self._add_mode(code)
+        for code in (*h.codes, *codes):
+            if code not in self.codes:
+                self._add_mode(code)
 
     @cached_property
     def _paced(self) -> Floats:

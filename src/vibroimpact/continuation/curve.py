@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 from vibroimpact._core.labels import counted
 from vibroimpact._core.types import Floats, Integers
+from vibroimpact.results.result import along, rows
 
 
 class Stopped(StrEnum):
@@ -135,18 +136,18 @@ class Curve:
         Panels that were tried and rejected.
     """
 
-    parameter: Floats
-    z: Floats
-    tangent: Floats
-    arclength: Floats
-    residual: Floats
-    steps: Integers
-    panel: Integers
-    tests: Mapping[str, Floats]
-    special: tuple[SpecialPoint, ...]
+    parameter: Floats = field(repr=False)
+    z: Floats = field(metadata=along("point", "unknown"))
+    tangent: Floats = field(metadata=along("point", "direction"))
+    arclength: Floats = field(metadata=along("point"))
+    residual: Floats = field(metadata=along("point"))
+    steps: Integers = field(metadata=along("point"))
+    panel: Integers = field(metadata=along("point"))
+    tests: Mapping[str, Floats] = field(repr=False)
+    special: tuple[SpecialPoint, ...] = field(metadata=rows("zero"))
     ends: tuple[End, End]
     start: int
-    unresolved: tuple[Unresolved, ...]
+    unresolved: tuple[Unresolved, ...] = field(metadata=rows("unresolved"))
     rejected: int
 
     def __len__(self) -> int:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact._core.checks import check_flag, check_progress, refusal
-from vibroimpact._core.deferred import deferred
+from vibroimpact._core.checks import check_progress, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
@@ -18,17 +17,17 @@ from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import WITHIN, label_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
+from vibroimpact.results.result import Result
 from vibroimpact.sweeps.axes import parameter_axes
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 TOGETHER = 64  # machines that are simulated together
 
 
 @dataclass(frozen=True, eq=False)
-class DesignMap:
+class DesignMap(Result):
     """An objective over a plane of two parameters.
 
     Attributes
@@ -36,9 +35,9 @@ class DesignMap:
     system, objective
         What is judged, and by what.
     axes
-        Values of the two parameters, by name, in own units.
-    own_value
-        The objective in own units, shape (len(first), len(second)), NaN of machines without one.
+        Values of the two parameters, by name.
+    value
+        The objective, shape (len(first), len(second)), NaN of machines without one.
     reduction_db
         By how many decibels it is better than the machine as given, all stops open; the same shape.
     """
@@ -46,20 +45,20 @@ class DesignMap:
     system: System
     objective: Objective
     axes: dict[str, Floats]
-    own_value: Floats = field(repr=False)
+    value: Floats = field(repr=False)
     reduction_db: Floats = field(repr=False)
     judge: Judge = field(repr=False)
 
     @property
     def best(self) -> dict[str, float]:
-        """Parameters of the best machine of the plane, in own units."""
-        i, j = np.unravel_index(int(np.nanargmin(self._signed)), self.own_value.shape)
+        """Parameters of the best machine of the plane."""
+        i, j = np.unravel_index(int(np.nanargmin(self._signed)), self.value.shape)
         first, second = self.axes
         return {first: float(self.axes[first][i]), second: float(self.axes[second][j])}
 
     @property
     def ridge(self) -> Floats:
-        """Best value of the second parameter for each of the first, in own units; NaN without one."""
+        """Best value of the second parameter for each of the first; NaN without one."""
         signed = np.where(np.isnan(self._signed), np.inf, self._signed)
         values = list(self.axes.values())[1][np.argmin(signed, axis=1)]
         return np.where(np.isinf(signed.min(axis=1)), np.nan, values)
@@ -68,25 +67,20 @@ class DesignMap:
     def within(self) -> Any:
         """Whether a machine is within 1 dB of the best one of the plane."""
         best = float(self.objective.sign * np.nanmin(self._signed))
-        loss = [-self.judge.decibels(value, best) for value in self.own_value.ravel().tolist()]
-        return np.reshape(loss, self.own_value.shape) <= WITHIN
+        loss = [-self.judge.decibels(value, best) for value in self.value.ravel().tolist()]
+        return np.reshape(loss, self.value.shape) <= WITHIN
 
     @property
     def _signed(self) -> Floats:
-        return self.objective.sign * self.own_value
+        return self.objective.sign * self.value
 
     @property
     def label(self) -> str:
         """The objective in words."""
         return label_of(self.judge)
 
-    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
+    def to_dataset(self) -> xr.Dataset:
         """Convert to a dataset over the plane.
-
-        Parameters
-        ----------
-        si
-            In SI units, where the machine has physical scales; by default in its own.
 
         Returns
         -------
@@ -96,33 +90,22 @@ class DesignMap:
         """
         import xarray as xr
 
-        check_flag("si", si)
         units = units_of(self.system)
         first, second = self.axes
-        quantities = {name: units.quantity_of(name) for name in self.axes}
-        quantities["value"] = self.judge.measure.dimension
-        up = {name: units.factor(of) if si else 1.0 for name, of in quantities.items()}
-        attrs = {name: {"units": units.unit(of) if si else ""} for name, of in quantities.items()}
+        attrs = {name: units.attrs(units.quantity_of(name)) for name in self.axes}
         return xr.Dataset(
             {
                 "value": (
-                    (first, second), self.own_value * up["value"],
-                    attrs["value"] | {"long_name": self.label},
+                    (first, second), self.value,
+                    units.attrs(self.judge.measure.dimension) | {"long_name": self.label},
                 ),
                 "reduction_db": ((first, second), self.reduction_db, {"units": "dB"}),
                 "within_1db": ((first, second), self.within),
-                f"best_{second}": (first, self.ridge * up[second], attrs[second]),
+                f"best_{second}": (first, self.ridge, attrs[second]),
             },
-            coords={
-                name: (name, values * up[name], attrs[name]) for name, values in self.axes.items()
-            },
+            coords={name: (name, values, attrs[name]) for name, values in self.axes.items()},
             attrs={"objective": repr(self.objective), "system": repr(self.system)},
         )  # fmt: skip
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the reduction in decibels; see :func:`vibroimpact.plotting.plot_design_map`."""
-        axes: Axes = deferred("plotting.design", "plot_design_map")(self, ax=ax)
-        return axes
 
 
 @interruptible("nothing is kept")
@@ -141,7 +124,7 @@ def design_map(
     system
         A forced machine.
     over
-        Values of two parameters by name, rising, in own units.
+        Values of two parameters by name, rising.
     objective
         :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
     workers

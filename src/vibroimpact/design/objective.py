@@ -133,7 +133,7 @@ def worst_over(
     settle_periods, periods
         Forcing periods before, and while, motions are observed.
     unit
-        "Hz" or "rad/s" if the band is in these; by default the system's own.
+        "Hz" if the band is in hertz of a frequency in radians per second; by default that of the parameter.
     spread
         Parameters that are not known: a range (low, high) of values, or a number, the half width
         relative to the value of the machine. The machine is run at the middle and at all corners.

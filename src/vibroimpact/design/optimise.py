@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
@@ -43,10 +42,10 @@ from vibroimpact.design.search import (
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
+from vibroimpact.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 
 LEAST, PER_PARAMETER = 16, 10  # machines of a generation: a power of two
@@ -97,17 +96,17 @@ class Sensitivity(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class Design(Result):
     """The best machine that was found.
 
     Attributes
     ----------
     system
         The machine.
-    values
-        Its parameters that were varied, in the system's own units.
-    own_value
-        Its objective, in the system's own units.
+    parameters
+        Its parameters that were varied.
+    value
+        Its objective.
     machines
         How many machines were tried.
     why_stopped
@@ -116,16 +115,11 @@ class Design:
         Whether ``KeyboardInterrupt`` ended the search; the best machine until then is kept.
     history
         Machines tried, and the best objective, after each generation.
-
-    Notes
-    -----
-    ``parameters``, ``value``, ``sensitivity`` and ``robust`` are in SI units where the machine has
-    physical scales.
     """
 
     system: System
-    values: dict[str, float]
-    own_value: float
+    parameters: dict[str, float]
+    value: float
     machines: int
     why_stopped: str
     interrupted: bool
@@ -139,28 +133,11 @@ class Design:
         return self.judge.objective
 
     @cached_property
-    def factors(self) -> dict[str, float]:
-        """Factors from own units to those shown, by name of a parameter, and "" for the objective."""
-        units = units_of(self.system)
-        found = {name: units.factor(units.quantity_of(name)) for name in self.values}
-        return found | {"": units.factor(self.judge.measure.dimension)}
-
-    @cached_property
     def units(self) -> dict[str, str]:
         """Units in words, by name of a parameter, and "" for the objective."""
         units = units_of(self.system)
-        found = {name: units.unit(units.quantity_of(name)) for name in self.values}
+        found = {name: units.unit(units.quantity_of(name)) for name in self.parameters}
         return found | {"": units.unit(self.judge.measure.dimension)}
-
-    @property
-    def parameters(self) -> dict[str, float]:
-        """Parameters that were varied, in SI units where the machine has scales."""
-        return {name: value * self.factors[name] for name, value in self.values.items()}
-
-    @property
-    def value(self) -> float:
-        """The objective, in SI units where the machine has scales."""
-        return self.own_value * self.factors[""]
 
     @cached_property
     def reduction_db(self) -> float:
@@ -169,18 +146,18 @@ class Design:
         20 lg of the ratio, 10 lg for a power. A machine without stops is compared with the one that
         was given. NaN where that has no value, or a value of 0.
         """
-        return self.judge.decibels(self.own_value, self.judge.without_impacts)
+        return self.judge.decibels(self.value, self.judge.without_impacts)
 
     @cached_property
     def verified(self) -> float:
-        """The objective with twice as many values of the band and starts as the last judge; in its unit.
+        """The objective with twice as many values of the band and starts as the last judge.
 
         The starts are others, and values between those of the band are added. Somewhat worse than
         :attr:`value`, for which the machine was chosen.
         """
         seed = self.objective.seed + 1
         found = self.judge.finer(VERIFIED, seed=seed).values(self._row[None])
-        return float(found[0]) * self.factors[""]
+        return float(found[0])
 
     @cached_property
     def worst(self) -> Member:
@@ -193,37 +170,21 @@ class Design:
         return motion_of(self.worst, self.judge)
 
     @cached_property
-    def own_sensitivity(self) -> dict[str, Sensitivity]:
-        """Derivatives of the objective by the parameters, in own units."""
+    def sensitivity(self) -> dict[str, Sensitivity]:
+        """Derivatives of the objective by the parameters."""
         if self.objective.kind == "worst" and self.worst_motion is not None:
             motion = self.worst_motion
             slopes = gradient(self.worst, motion, self.judge).tolist()
             return {
                 name: Sensitivity(slope, True, 0.0)
-                for name, slope in zip(self.values, slopes, strict=True)
+                for name, slope in zip(self.parameters, slopes, strict=True)
             }
         return _differences(self.search, self._row)
 
     @property
-    def sensitivity(self) -> dict[str, float]:
-        """Derivatives of the objective by the parameters, per unit of each as shown."""
-        up = self.factors[""]
-        return {
-            name: one.value * up / self.factors[name] for name, one in self.own_sensitivity.items()
-        }
-
-    @property
-    def sensitivity_error(self) -> dict[str, float]:
-        """Estimated errors of these; 0 where they are exact."""
-        up = self.factors[""]
-        return {
-            name: one.error * up / self.factors[name] for name, one in self.own_sensitivity.items()
-        }
-
-    @property
     def sensitivity_exact(self) -> bool:
         """Whether these are exact derivatives of a periodic motion."""
-        return all(one.exact for one in self.own_sensitivity.values())
+        return all(one.exact for one in self.sensitivity.values())
 
     @cached_property
     def robust(self) -> dict[str, Interval]:
@@ -231,19 +192,14 @@ class Design:
 
         Each range is that around the optimum, by a scan to each bound and bisection.
         """
-        found = robust_of(self.search, self._row, self.own_value)
-        return {
-            name: one._replace(low=one.low * f, high=one.high * f)
-            for (name, one), f in zip(found.items(), map(self.factors.get, found), strict=True)
-            if f is not None
-        }
+        return robust_of(self.search, self._row, self.value)
 
     @property
     def _row(self) -> Floats:
-        return np.array(list(self.values.values()))
+        return np.array(list(self.parameters.values()))
 
     def to_dataset(self) -> xr.Dataset:
-        """Convert to a dataset: every machine tried, and the best, in the units shown.
+        """Convert to a dataset: every machine tried, and the best.
 
         Returns
         -------
@@ -254,22 +210,18 @@ class Design:
         """
         import xarray as xr
 
-        names = list(self.values)
+        names = list(self.parameters)
         table, worth = np.array(self.search.table), np.array(self.search.worth)
-        sign, up = self.objective.sign, self.factors[""]
-        valued = np.where(worth < NO_VALUE, sign * up * worth, math.nan)
-        robust, best = self.robust, self.parameters
+        valued = np.where(worth < NO_VALUE, self.objective.sign * worth, math.nan)
+        robust, sensitivity = self.robust, self.sensitivity
         across = {
-            "best": [best[n] for n in names],
-            "sensitivity": [self.sensitivity[n] for n in names],
-            "sensitivity_error": [self.sensitivity_error[n] for n in names],
+            "best": list(self.parameters.values()),
+            "sensitivity": [sensitivity[n].value for n in names],
+            "sensitivity_error": [sensitivity[n].error for n in names],
             "robust_low": [robust[n].low for n in names],
             "robust_high": [robust[n].high for n in names],
         }
-        tried = {
-            n: ("machine", table[:, i] * self.factors[n], {"units": self.units[n]})
-            for i, n in enumerate(names)
-        }
+        tried = {n: ("machine", table[:, i], {"units": self.units[n]}) for i, n in enumerate(names)}
         return xr.Dataset(
             {
                 **tried,
@@ -286,14 +238,6 @@ class Design:
     def label(self) -> str:
         """What was made small, or large, in words."""
         return label_of(self.judge)
-
-    def plot(self, *, what: str = "response", ax: Axes | None = None) -> Axes:
-        """Draw the response beside that without impacts, or the search.
-
-        See :func:`vibroimpact.plotting.plot_design`.
-        """
-        axes: Axes = deferred("plotting.design", "plot_design")(self, what=what, ax=ax)
-        return axes
 
     def __repr__(self) -> str:
         lines = [f"Design: {self.label} {self.value:.6g} {self.units['']}".rstrip()]
@@ -332,12 +276,11 @@ def optimise(
         A forced machine: a :class:`~vibroimpact.Mechanism`, a :class:`~vibroimpact.Family`, or
         anything with a ``mechanism``. The parameters that do not vary are its own.
     vary
-        (low, high) by name of a parameter, in the system's own units (scaled for a machine of
-        ``from_physical``).
+        (low, high) by name of a parameter.
     objective
         :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
     constraints
-        Functions of a dictionary of the varied parameters, in own units, that must be >= 0:
+        Functions of a dictionary of the varied parameters that must be >= 0:
         ``lambda p: 0.1 - p["mass_ratio"]``.
     seed
         Of the search; with that of the objective it determines the result to the last bit.
@@ -386,7 +329,7 @@ def optimise(
     >>> best = vi.optimise(damper, {"half_clearance": (2.0, 30.0)},
     ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
     ...                    budget=48, progress=False)
-    >>> 5.0 < best.values["half_clearance"] < 20.0 and best.reduction_db > 3.0
+    >>> 5.0 < best.parameters["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True
     """
     variables = variables_of(system, vary)
@@ -535,7 +478,7 @@ def _differences(search: Search, row: Floats) -> dict[str, Sensitivity]:
 
 
 def robust_of(search: Search, row: Floats, best: float) -> dict[str, Interval]:
-    """Range of each parameter around a machine that costs less than 1 dB, in own units."""
+    """Range of each parameter around a machine that costs less than 1 dB."""
     names, low, high = search.variables
     judge, count = search.judge, len(row)
     ends = [(i, end) for i in range(count) for end in (float(low[i]), float(high[i]))]

@@ -21,12 +21,10 @@ import numpy as np
 from vibroimpact._core.checks import (
     LARGEST_SEED,
     check_count,
-    check_flag,
     check_index,
     check_progress,
     refusal,
 )
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats
@@ -43,25 +41,25 @@ from vibroimpact.design.search import (
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
+from vibroimpact.results.result import Result
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 SIZE = 32  # machines of a generation
 SCALE, CROSSED = 0.5, 0.7  # of differential evolution
 
 
 @dataclass(frozen=True, eq=False)
-class ParetoFront:
+class ParetoFront(Result):
     """Machines of which none is better in both objectives, sorted by the first.
 
     Attributes
     ----------
     names, table
-        Names and values, shape (k, d), of the parameters that vary, in own units.
-    own_values
-        Both objectives, shape (k, 2), in own units.
+        Names and values, shape (k, d), of the parameters that vary.
+    values
+        Both objectives, shape (k, 2).
     machines
         How many were tried.
     interrupted
@@ -71,7 +69,7 @@ class ParetoFront:
     system: System
     names: tuple[str, ...]
     table: Floats = field(repr=False)
-    own_values: Floats = field(repr=False)
+    values: Floats = field(repr=False)
     machines: int
     interrupted: bool
     judges: tuple[Judge, ...] = field(repr=False)
@@ -90,38 +88,26 @@ class ParetoFront:
         """The objectives in words."""
         return tuple(map(label_of, self.judges))
 
-    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
-        """Convert to a dataset along ``machine``: parameters, first, second.
-
-        Parameters
-        ----------
-        si
-            In SI units, where the machine has physical scales; by default in its own.
-        """
+    def to_dataset(self) -> xr.Dataset:
+        """Convert to a dataset along ``machine``: parameters, first, second."""
         import xarray as xr
 
-        check_flag("si", si)
         units = units_of(self.system)
         columns = {
             name: (units.quantity_of(name), self.table[:, i]) for i, name in enumerate(self.names)
         }
         words = dict(zip(("first", "second"), self.labels, strict=True))
         for i, name in enumerate(words):
-            columns[name] = self.judges[i].measure.dimension, self.own_values[:, i]
+            columns[name] = self.judges[i].measure.dimension, self.values[:, i]
         return xr.Dataset(
             {
                 name: (
-                    "machine", values * (units.factor(of) if si else 1.0),
-                    {"long_name": words.get(name, name), "units": units.unit(of) if si else ""},
+                    "machine", values,
+                    {"long_name": words.get(name, name)} | units.attrs(of),
                 )
                 for name, (of, values) in columns.items()
             }
         )  # fmt: skip
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the front; see :func:`vibroimpact.plotting.plot_pareto_front`."""
-        axes: Axes = deferred("plotting.design", "plot_pareto_front")(self, ax=ax)
-        return axes
 
 
 def pareto_front(
@@ -172,7 +158,7 @@ def pareto_front(
     ...         for what in ("x1", "impact speed")]
     >>> front = vi.pareto_front(damper, {"half_clearance": (2.0, 30.0)}, both, budget=64,
     ...                         progress=False)
-    >>> bool((front.own_values[1:, 1] < front.own_values[:-1, 1]).all())
+    >>> bool((front.values[1:, 1] < front.values[:-1, 1]).all())
     True
     """
     variables = variables_of(system, vary)

@@ -18,20 +18,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.checks import check_target, ends_of, is_function, path_of, real, refusal
-from vibroimpact._core.datasets import SUFFIXES, Format
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.files import NETCDF, load, save
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Constraint = Callable[[dict[str, float]], float]
 
-FORMAT = Format("vibroimpact-design-search", "a search's store", "vi.optimise(store=...)")
 INFEASIBLE = 1e100  # worth of a machine that is not allowed: worse than any motion
 NO_VALUE = 1e50  # of one whose motion has no value
 
@@ -129,7 +128,7 @@ class Search:
             self.groups.append(len(self.table))
         at, self.evaluated = self.evaluated, self.evaluated + len(table)
         if not replayed and self.store is not None:
-            FORMAT.save(self._record(), self.store)
+            save(self._record(), self.store)
         if self.report is not None:
             self.report(self.evaluated, self.best_value)
         return np.array(self.worth[at : self.evaluated])
@@ -231,19 +230,18 @@ class Search:
 
     def _open(self) -> None:
         path = path_of("store", self.store)
-        check_target(path, SUFFIXES, "store")
+        check_target(path, (NETCDF,), "store")
         if not path.exists():
             return
-        data = FORMAT.load(path)
-        with FORMAT.reading(data):
-            if data.attrs.get("specification") != self._specification():
-                raise InvalidParameterError(
-                    f"store = {path}: holds another search. Name another file, or repeat that one."
-                )
-            self.table = list(data["table"].values)
-            self.worth = data["worth"].values.tolist()
-            self.levels = data["levels"].values.tolist()
-            self.groups = [int(k) for k in data["groups"].values]
+        data = load(path)
+        if getattr(data, "attrs", {}).get("specification") != self._specification():
+            raise InvalidParameterError(
+                f"store = {path}: holds another search. Name another file, or repeat that one."
+            )
+        self.table = list(data["table"].values)
+        self.worth = data["worth"].values.tolist()
+        self.levels = data["levels"].values.tolist()
+        self.groups = [int(k) for k in data["groups"].values]
 
     def _record(self) -> xr.Dataset:
         import xarray as xr
@@ -256,7 +254,7 @@ class Search:
                 "groups": ("group", np.array(self.groups)),
             },
             coords={"parameter": np.array(self.variables.names, dtype=object)},
-            attrs={"format": FORMAT.name, "specification": self._specification()},
+            attrs={"specification": self._specification()},
         )
 
     def _specification(self) -> str:

@@ -1,7 +1,7 @@
 """The impact damper: a free mass in a slot of a vibrating main mass.
 
-    x1'' + 2 zeta omega_n x1' + omega_n^2 x1 = force sin(omega t)      (3) of the paper
-    mass_ratio x2'' = 0  while  |x2 - x1| < half_clearance             (4)
+    mass (x1'' + 2 zeta omega_n x1' + omega_n^2 x1) = force sin(omega t)      (3) of the paper
+    mass_ratio mass x2'' = 0  while  |x2 - x1| < half_clearance               (4)
 
 Stop A is x2 - x1 = +half_clearance (the paper's section), stop B is x2 - x1 = -half_clearance.
 """
@@ -9,10 +9,9 @@ Stop A is x2 - x1 = +half_clearance (the paper's section), stop B is x2 - x1 = -
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 from vibroimpact._core.checks import (
-    check_kind,
+    check_flag,
     check_stop_name,
     fraction,
     names_arguments,
@@ -21,7 +20,7 @@ from vibroimpact._core.checks import (
     real,
 )
 from vibroimpact.machines.machine import Machine
-from vibroimpact.machines.units import Scales, of_quantity
+from vibroimpact.machines.units import of_quantity
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
@@ -36,7 +35,7 @@ from vibroimpact.model.stop import Stop
 )
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImpactDamper(Machine):
-    """Two-degree-of-freedom impact damper, nondimensional.
+    """Two-degree-of-freedom impact damper, in any consistent units.
 
     Parameters
     ----------
@@ -53,9 +52,11 @@ class ImpactDamper(Machine):
     omega
         Forcing frequency > 0.
     force
-        Force amplitude, > 0; only ``half_clearance / force`` matters.
-    scales
-        Units, if the damper was made by :meth:`from_physical`.
+        Force amplitude, > 0; only ``half_clearance mass / force`` matters for the motion.
+    mass
+        Main mass M1 > 0; 1 where all else is nondimensional.
+    si
+        Whether the numbers are in SI units, which labels and reports then name.
 
     Raises
     ------
@@ -76,8 +77,6 @@ class ImpactDamper(Machine):
     5.235988
     """
 
-    SCALING: ClassVar[str] = "t = T sqrt(K / M1), x = K X / F0"
-
     mass_ratio: float
     omega_n: float = field(metadata=of_quantity("frequency"))
     zeta: float
@@ -85,7 +84,8 @@ class ImpactDamper(Machine):
     half_clearance: float = field(metadata=of_quantity("length"))
     omega: float = field(metadata=of_quantity("frequency"))
     force: float = field(default=1.0, metadata=of_quantity("force"))
-    scales: Scales = field(default=Scales(), compare=False)
+    mass: float = field(default=1.0, metadata=of_quantity("mass", "main mass $M_1$"))
+    si: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         checks = {
@@ -98,10 +98,11 @@ class ImpactDamper(Machine):
             ),
             "omega": positive("omega", self.omega, "The force must be periodic."),
             "force": positive("force", self.force),
+            "mass": positive("mass", self.mass),
         }
         for name, value in checks.items():
             object.__setattr__(self, name, value)
-        check_kind("scales", self.scales, Scales, "Scales")
+        check_flag("si", self.si)
 
     @classmethod
     def from_physical(
@@ -116,7 +117,7 @@ class ImpactDamper(Machine):
         D: float,
         restitution: float,
     ) -> ImpactDamper:
-        """Scale a damper given in SI units; :attr:`scales` leads back.
+        """Make a damper in SI units.
 
         Parameters
         ----------
@@ -133,21 +134,21 @@ class ImpactDamper(Machine):
 
         Notes
         -----
-        t = T sqrt(K / M1), x = K X / F0: then omega_n = 1, zeta = C / (2 sqrt(K M1)),
-        delta = K D / (2 F0).
+        omega_n = sqrt(K / M1), zeta = C / (2 sqrt(K M1)), half_clearance = D / 2, force = F0.
         """
         given = {"M1": M1, "M2": M2, "K": K, "F0": F0, "Omega": Omega, "D": D}
         m1, m2, k, f0, big_omega, d = (positive(name, x) for name, x in given.items())
         c = nonnegative("C", C)
-        rate = (k / m1) ** 0.5
         return cls(
             mass_ratio=m2 / m1,
-            omega_n=1.0,
+            omega_n=(k / m1) ** 0.5,
             zeta=c / (2.0 * (k * m1) ** 0.5),
             restitution=restitution,
-            half_clearance=k * d / (2.0 * f0),
-            omega=big_omega / rate,
-            scales=Scales(time=1.0 / rate, length=f0 / k, mass=m1),
+            half_clearance=d / 2.0,
+            omega=big_omega,
+            force=f0,
+            mass=m1,
+            si=True,
         )
 
     @property
@@ -158,11 +159,11 @@ class ImpactDamper(Machine):
     @property
     def mechanism(self) -> Mechanism:
         """The damper as masses, springs and a two-sided contact."""
-        w, mu = self.omega_n, self.mass_ratio
+        m, w = self.mass, self.omega_n
         return Mechanism(
-            mass=[[1.0, 0.0], [0.0, mu]],
-            damping=[[2.0 * self.zeta * w, 0.0], [0.0, 0.0]],
-            stiffness=[[w * w, 0.0], [0.0, 0.0]],
+            mass=[[m, 0.0], [0.0, self.mass_ratio * m]],
+            damping=[[2.0 * self.zeta * w * m, 0.0], [0.0, 0.0]],
+            stiffness=[[w * w * m, 0.0], [0.0, 0.0]],
             forces=(Harmonic(self.omega, (self.force, 0.0)),),
             elements=(
                 RigidStop((-1.0, 1.0), -self.half_clearance, self.half_clearance, self.restitution),
@@ -170,8 +171,8 @@ class ImpactDamper(Machine):
         )
 
     def free_start(self) -> State:
-        """Both masses in the middle, the free one with velocity 1: free at any clearance."""
-        return State((0.0, 0.0), (0.0, 1.0))
+        """Both masses in the middle, the free one with velocity force / (mass omega)."""
+        return State((0.0, 0.0), (0.0, self.force / (self.mass * self.omega)))
 
     def on_stop(self, stop: str, *, x1: float, v1: float, v2: float, phase: float) -> State:
         """A state in which the free mass stands on stop "A" or "B".

@@ -1,21 +1,20 @@
 """The impact oscillator: a forced mass on a spring and a dashpot that meets one stop, or two.
 
-    x'' + 2 zeta x' + x = force cos(theta),  theta' = omega                            (1)
+    mass (x'' + 2 zeta omega_n x' + omega_n^2 x) = force cos(theta),  theta' = omega   (1)
     x <= clearance,  and with two stops  -lower_clearance <= x                         (2)
     x' -> -restitution x'  where (2) holds with equality                               (3)
 
-Lengths are scaled by the deflection under a static force of unit amplitude, time by the natural
-frequency. Stop A is x = clearance, stop B is x = -lower_clearance.
+With mass, omega_n and force 1 lengths are scaled by the deflection under a static force of that
+amplitude, time by the natural frequency. Stop A is x = clearance, stop B is x = -lower_clearance.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import ClassVar
 
 from vibroimpact._core.checks import (
-    check_kind,
+    check_flag,
     check_stop_name,
     fraction,
     names_arguments,
@@ -27,32 +26,28 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine
-from vibroimpact.machines.units import Scales, of_quantity
+from vibroimpact.machines.units import of_quantity
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
-SCALED = "It is 1: time is scaled. Give SI values to ImpactOscillator.from_physical."
-
 
 @names_arguments(
-    omega_n=SCALED,
-    stiffness=SCALED,
-    mass=SCALED,
+    stiffness="Give omega_n, or K to ImpactOscillator.from_physical.",
     half_clearance="Give clearance, and the same as lower_clearance for stops on both sides.",
     friction=FRICTIONLESS,
 )
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImpactOscillator(Machine):
-    """Forced linear oscillator with one stop or two, nondimensional.
+    """Forced linear oscillator with one stop or two, in any consistent units.
 
     Parameters
     ----------
     zeta
         Damping ratio, >= 0; above 1 the oscillator is overdamped.
     omega
-        Forcing frequency over the natural frequency, > 0.
+        Forcing frequency > 0.
     restitution
         Coefficient of restitution in [0, 1], of every stop.
     clearance
@@ -61,9 +56,13 @@ class ImpactOscillator(Machine):
     lower_clearance
         Distance from x = 0 down to stop B, above -clearance; without it there is no stop B.
     force
-        Force amplitude, > 0; only the clearances over ``force`` matter.
-    scales
-        Units, if the oscillator was made by :meth:`from_physical`.
+        Force amplitude, > 0; only the clearances over ``force / mass`` matter for the motion.
+    omega_n
+        Natural frequency > 0; 1 where times are scaled by it.
+    mass
+        Mass > 0; 1 where all else is nondimensional.
+    si
+        Whether the numbers are in SI units, which labels and reports then name.
 
     Raises
     ------
@@ -77,7 +76,7 @@ class ImpactOscillator(Machine):
     once, vary ``force``: motions scale as x -> s x with (clearances, force) -> (s, s).
 
     An orbit with one impact of speed V per n forcing periods T = 2 pi n / omega has multipliers
-    with the product restitution^2 exp(-2 zeta T).
+    with the product restitution^2 exp(-2 zeta omega_n T).
 
     Examples
     --------
@@ -88,8 +87,6 @@ class ImpactOscillator(Machine):
     ('1-1-0', True)
     """
 
-    SCALING: ClassVar[str] = "t = T sqrt(K / M), x = K X / F0"
-
     zeta: float
     omega: float = field(metadata=of_quantity("frequency"))
     restitution: float
@@ -98,7 +95,9 @@ class ImpactOscillator(Machine):
         default=None, metadata=of_quantity("length", "lower clearance $s_B$")
     )
     force: float = field(default=1.0, metadata=of_quantity("force"))
-    scales: Scales = field(default=Scales(), compare=False)
+    omega_n: float = field(default=1.0, metadata=of_quantity("frequency"))
+    mass: float = field(default=1.0, metadata=of_quantity("mass", "mass $m$"))
+    si: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
         checks = {
@@ -108,10 +107,12 @@ class ImpactOscillator(Machine):
             "clearance": real("clearance", self.clearance),
             "lower_clearance": _distance("lower_clearance", self.lower_clearance),
             "force": positive("force", self.force),
+            "omega_n": positive("omega_n", self.omega_n),
+            "mass": positive("mass", self.mass),
         }
         for name, value in checks.items():
             object.__setattr__(self, name, value)
-        check_kind("scales", self.scales, Scales, "Scales")
+        check_flag("si", self.si)
         if not -self._below < self.clearance:
             raise InvalidParameterError(
                 f"clearance = {self.clearance}, lower_clearance = {self.lower_clearance}: their sum "
@@ -131,7 +132,7 @@ class ImpactOscillator(Machine):
         restitution: float,
         D_lower: float | None = None,
     ) -> ImpactOscillator:
-        """Scale an oscillator given in SI units; :attr:`scales` leads back.
+        """Make an oscillator in SI units.
 
         Parameters
         ----------
@@ -150,7 +151,7 @@ class ImpactOscillator(Machine):
 
         Notes
         -----
-        t = T sqrt(K / M), x = K X / F0: then zeta = C / (2 sqrt(K M)), clearance = K D / F0.
+        omega_n = sqrt(K / M), zeta = C / (2 sqrt(K M)), clearance = D, force = F0.
 
         A base that moves as Y cos(Omega T), and the stops with it, acts as F0 = M Omega^2 Y on the
         coordinate relative to the base.
@@ -158,14 +159,16 @@ class ImpactOscillator(Machine):
         given = {"M": M, "K": K, "F0": F0, "Omega": Omega}
         m, k, f0, big_omega = (positive(name, x) for name, x in given.items())
         c, d, below = nonnegative("C", C), real("D", D), _distance("D_lower", D_lower)
-        rate = (k / m) ** 0.5
         return cls(
             zeta=c / (2.0 * (k * m) ** 0.5),
-            omega=big_omega / rate,
+            omega=big_omega,
             restitution=restitution,
-            clearance=k * d / f0,
-            lower_clearance=None if below is None else k * below / f0,
-            scales=Scales(time=1.0 / rate, length=f0 / k, mass=m),
+            clearance=d,
+            lower_clearance=below,
+            force=f0,
+            omega_n=(k / m) ** 0.5,
+            mass=m,
+            si=True,
         )
 
     @property
@@ -181,19 +184,21 @@ class ImpactOscillator(Machine):
     @property
     def mechanism(self) -> Mechanism:
         """The oscillator as a mass, a spring, a dashpot and a contact."""
+        m, w = self.mass, self.omega_n
         stops = RigidStop((1.0,), -self._below, self.clearance, self.restitution)
         return Mechanism(
-            mass=[[1.0]],
-            damping=[[2.0 * self.zeta]],
-            stiffness=[[1.0]],
+            mass=[[m]],
+            damping=[[2.0 * self.zeta * w * m]],
+            stiffness=[[w * w * m]],
             forces=(Harmonic(self.omega, (0.0,), (self.force,)),),
             elements=(stops,),
         )
 
     def free_start(self) -> State:
-        """State at rest midway between two stops; with one stop, at min(0, clearance - 1)."""
+        """At rest midway between two stops; at one stop, off it by the static deflection at least."""
         if self.lower_clearance is None:
-            return State((min(0.0, self.clearance - 1.0),), (0.0,))
+            deflection = self.force / (self.mass * self.omega_n**2)
+            return State((min(0.0, self.clearance - deflection),), (0.0,))
         return State(((self.clearance - self.lower_clearance) / 2.0,), (0.0,))
 
     def on_stop(self, stop: str, *, v1: float, phase: float) -> State:

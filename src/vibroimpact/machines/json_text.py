@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, cast
 
-from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.machines.machine import SCALES
 from vibroimpact.machines.registry import machine_of_class, name_of
-from vibroimpact.machines.units import Scales
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.elements.table import KINDS
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 
 MOREAU = "moreau"  # the law of texts that name none
@@ -69,49 +64,7 @@ def system_of(text: str) -> System | None:
     kind = numbers.pop("type")
     if kind != "Mechanism":
         machine = machine_of_class(kind) if numbers else None  # None for a class of the user
-        return cast(System, machine(**_with_scales(numbers))) if machine else None
+        return cast(System, machine(**numbers)) if machine else None
     elements = tuple(_restored(KINDS[e.pop("kind")], e) for e in numbers.pop("elements"))
     forces = _restored(Harmonic, numbers.pop("forces"))
     return Mechanism(forces=forces, elements=elements, **numbers)
-
-
-def _with_scales(numbers: dict[str, Any]) -> dict[str, Any]:
-    scales = numbers.get(SCALES)
-    return numbers | {SCALES: Scales(**scales)} if scales else numbers
-
-
-def chosen(
-    stored: str, described: str, values: Mapping[str, float], given: System | None, what: str
-) -> System:
-    """System of a file: the stored one, or the given one if they are equal.
-
-    Parameters
-    ----------
-    stored, described
-        Text of :func:`text_of`, and the system's repr.
-    values
-        The parameters that vary, with their values in the stored system.
-    given
-        The user's system; its values of these parameters do not matter.
-    what
-        What the file holds, in words: "a branch".
-
-    Raises
-    ------
-    InvalidParameterError
-        No system is given and the stored one is code, or the given one differs from it.
-    """
-    if given is None:
-        system = system_of(stored)
-        if system is None:
-            raise InvalidParameterError(
-                f"system = None: the file holds {what} of {described}, which is code and cannot "
-                "be stored. Give the same system."
-            )
-        return system
-    same = with_parameters(given, values)
-    if repr(same) != described:
-        raise InvalidParameterError(
-            f"system = {same!r}: the file holds {what} of {described}. Give that one."
-        )
-    return same

@@ -5,8 +5,8 @@ A machine is one file of this folder: a frozen, keyword-only dataclass that inhe
 its parameters: for sweeps and branches, for TOML and JSON, and as options of the command line,
 described by its docstring. Besides those of :class:`Machine` it may have
 
-- a field ``scales``, :class:`Scales`, and a class method ``from_physical`` that fills it: results
-  are then printed and drawn in SI units;
+- a field ``si``, whether its numbers are in SI units, which labels then name, and a class method
+  ``from_physical`` that fills the fields from masses, stiffnesses and lengths in SI units;
 - a method ``on_stop(stop, *, x1, ..., v1, ..., phase)``: a state on stop "A" or "B", from the
   remaining coordinates.
 """
@@ -14,21 +14,17 @@ described by its docstring. Besides those of :class:`Machine` it may have
 from __future__ import annotations
 
 from dataclasses import fields
-from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
-SCALES = "scales"  # the field that is no parameter
+SI = "si"  # the field that is no parameter
 
 
 class Machine:
     """Base class of systems with a name."""
 
     __slots__ = ("__weakref__",)  # so that the mechanism is built once: model/system.py
-
-    SCALING: ClassVar[str] = ""
-    """Scaling of ``from_physical`` in words: such as "t = T sqrt(K / M), x = K X / F0"."""
 
     @property
     def mechanism(self) -> Mechanism:
@@ -43,4 +39,4 @@ class Machine:
 
 def parameters_of(machine: type[Machine]) -> tuple[str, ...]:
     """Names of the parameters of a class of machines."""
-    return tuple(f.name for f in fields(machine) if f.init and f.name != SCALES)  # type: ignore[arg-type]
+    return tuple(f.name for f in fields(machine) if f.init and f.name != SI)  # type: ignore[arg-type]

@@ -115,7 +115,7 @@ def _system(path: Any, name: str, table: Any) -> Any:
     if physical:
         if not hasattr(make, "from_physical"):
             raise InvalidParameterError(
-                f"config = {path}: [{name}]: has no SI units. Give [{machine}], scaled."
+                f"config = {path}: [{name}]: has no SI units. Give [{machine}]."
             )
         make = make.from_physical
     return _built(path, f"[{name}]", make, table)

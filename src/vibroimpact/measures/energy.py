@@ -19,7 +19,6 @@ from functools import partial
 
 import numpy as np
 
-from vibroimpact._core.checks import real
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.flights import Dual, Flights, Signal
 from vibroimpact.model.mechanism import Mechanism
@@ -58,14 +57,6 @@ class Energies:
     def balance(self) -> float:
         """Start + input - dissipated - end: zero to rounding where all forces are counted."""
         return self.start + self.input - self.dissipated - self.end
-
-    def scaled(self, factor: float) -> Energies:
-        """The same in another unit."""
-        factor = real("factor", factor)
-        start, end, put_in, dashpots, *parts = (
-            factor * x for x in (self.start, self.end, self.input, self.dashpots, *self.parts)
-        )
-        return Energies(start, end, put_in, dashpots, tuple(parts))
 
 
 def energies_of(

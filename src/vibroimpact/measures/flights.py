@@ -83,6 +83,7 @@ class Rows:
     """
 
     def __init__(self, system: System, parameter: str = "") -> None:
+        self.system, self.parameter = system, parameter
         self.mechanism: Mechanism = mechanism_of(system)
         varied = expanded(system, parameter) if parameter else self.mechanism
         self.varied, self.pieces = varied, Piecewise(varied)

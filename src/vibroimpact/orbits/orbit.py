@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,6 +31,10 @@ from vibroimpact.orbits.multipliers import pencil_of
 from vibroimpact.orbits.newton import FOUND, family_dimension, guard_sizes, scale_of
 from vibroimpact.orbits.problem import OrbitProblem, Signature, impacting
 from vibroimpact.orbits.reversals import held_reversal
+from vibroimpact.results.result import Result, along, complex_columns
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither inside nor outside
 SPLIT = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
@@ -38,7 +43,7 @@ LEFT = 1e-8  # relative: with larger residuals Newton's method has not converged
 
 
 @dataclass(frozen=True, eq=False)
-class Orbit:
+class Orbit(Result):
     """Periodic orbit with prescribed impacts, of any stability, admissible or not.
 
     One that is not ``converged`` is neither admissible nor stable, and its multipliers are NaN.
@@ -66,8 +71,8 @@ class Orbit:
 
     system: System
     signature: Signature
-    states: Floats = field(repr=False)
-    durations: Floats = field(repr=False)
+    states: Floats = field(metadata=along("segment", "entry"), repr=False)
+    durations: Floats = field(metadata=along("segment"), repr=False)
     residual: float
     status: str = FOUND
     parameter: str = field(default="", repr=False)
@@ -318,6 +323,20 @@ class Orbit:
             return math.nan
         struck = np.roll(impacting(self.mechanism, self.signature), -1)[: len(self.durations)]
         return float(np.min(np.abs(self.linearised.rate[struck]), initial=math.inf))
+
+    def to_dataset(self) -> xr.Dataset:
+        """Convert the orbit to an xarray dataset, with its multipliers and verdicts."""
+        return (
+            super()
+            .to_dataset()
+            .assign(complex_columns("multipliers", ("multiplier",), self.multipliers))
+            .assign_attrs(
+                symbol=self.symbol,
+                period=self.period,
+                stable=int(self.stable),
+                inadmissible_reason=self.inadmissible_reason,
+            )
+        )
 
     def __repr__(self) -> str:
         if not self.converged:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _kernel
-from vibroimpact.machines.units import scales_of, scales_or_ones
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import impacting
+from vibroimpact.results.result import Result, complex_columns
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,7 @@ class GuessEnd(StrEnum):
 
 
 @dataclass(frozen=True)
-class OrbitSearch:
+class OrbitSearch(Result):
     """Orbits of a search, without repetition, with statistics of the search.
 
     Attributes
@@ -94,8 +94,8 @@ class OrbitSearch:
         )
 
     def table(self) -> str:
-        """Table of the orbits; clearances are in metres for a system with physical scales."""
-        least = "clearance [m]" if scales_of(self.system) else "clearance"
+        """Table of the orbits."""
+        least = units_of(self.system).label("clearance", "length")
         heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", least, "")
         rows = [heads, *(self._row(k) for k in range(len(self)))]
         sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -106,7 +106,6 @@ class OrbitSearch:
 
     def _row(self, k: int) -> tuple[str, ...]:
         orbit, image = self.orbits[k], self.mirror_of[k]
-        length = scales_or_ones(self.system).length
         remark = f"mirror image of {image}" if image is not None else ""
         why = orbit.inadmissible_reason and f"not admissible: {orbit.inadmissible_reason}"
         return (
@@ -115,7 +114,7 @@ class OrbitSearch:
             "yes" if orbit.symmetric else "no",
             "yes" if orbit.stable else "no",
             f"{abs(orbit.multipliers[0]):.6g}",
-            f"{orbit.clearance_to_grazing * length:.4g}",
+            f"{orbit.clearance_to_grazing:.4g}",
             "; ".join(filter(None, [remark, why])),
         )
 
@@ -125,38 +124,33 @@ class OrbitSearch:
         With elements every change of state counts among them; ``mode`` and ``watch`` are those of
         the :class:`Flight` after each, ``struck`` whether it is an impact.
         """
-        import xarray as xr
-
         guesses = [unfolded(orbit) for orbit in self.orbits]
         signatures = [orbit.signature.impacts for orbit in self.orbits]
         stops = np.array([stop for impacts in signatures for stop in impacts]).reshape(-1, 2)
         n = mechanism_of(self.system).degrees
         states = np.vstack([np.zeros((0, 2 * n + 1)), *(guess.states for guess in guesses)])
         both = ("impact", "coordinate")
-        return xr.Dataset(
-            self._by_orbit()
-            | self._by_flight()
-            | {
-                "row_size": ("orbit", [len(impacts) for impacts in signatures]),
-                "contact": ("impact", stops[:, 0].astype(np.int32)),
-                "side": ("impact", stops[:, 1].astype(np.int32)),
-                "position": (both, states[:, :n]),
-                "velocity": (both, states[:, n : 2 * n]),
-                "phase": ("impact", states[:, 2 * n]),
-                "duration": ("impact", np.concatenate([[], *(g.durations for g in guesses)])),
-            },
-            attrs={
-                "system": repr(self.system),
-                "cycles": self.cycles,
-                "impacts": self.impacts,
-                "starts": self.starts,
-                "seed": self.seed,
-                "motions": _counts(self.motions),
-                "guesses": _counts(self.guesses),
-                "repeated": self.repeated,
-                "unresolved": "; ".join(f"{n} {why}" for why, n in self.unresolved.items()),
-                "version": _kernel.version(),
-            },
+        return (
+            super()
+            .to_dataset()
+            .assign(
+                self._by_orbit()
+                | self._by_flight()
+                | {
+                    "row_size": ("orbit", [len(impacts) for impacts in signatures]),
+                    "contact": ("impact", stops[:, 0].astype(np.int32)),
+                    "side": ("impact", stops[:, 1].astype(np.int32)),
+                    "position": (both, states[:, :n]),
+                    "velocity": (both, states[:, n : 2 * n]),
+                    "phase": ("impact", states[:, 2 * n]),
+                    "duration": ("impact", np.concatenate([[], *(g.durations for g in guesses)])),
+                },
+            )
+            .assign_attrs(
+                motions=_counts(self.motions),
+                guesses=_counts(self.guesses),
+                unresolved="; ".join(f"{n} {why}" for why, n in self.unresolved.items()),
+            )
         )
 
     def _by_flight(self) -> dict[str, tuple[str, object]]:
@@ -187,8 +181,7 @@ class OrbitSearch:
             "admissible": ("orbit", _numbers([o.admissible for o in every])),
             "inadmissible_reason": ("orbit", [o.inadmissible_reason for o in every]),
             "mirror_of": ("orbit", _numbers([-1 if k is None else k for k in self.mirror_of])),
-            "multiplier_real": (place, values.real),
-            "multiplier_imaginary": (place, values.imag),
+            **complex_columns("multipliers", place, values),
             "determinant_error": ("orbit", [o.determinant_error for o in every]),
             "clearance_to_grazing": ("orbit", [o.clearance_to_grazing for o in every]),
             "least_impact_speed": ("orbit", [o.least_impact_speed for o in every]),

@@ -21,14 +21,16 @@ from vibroimpact.plotting.circles import (
 )
 from vibroimpact.plotting.curves import plot_curves, plot_tongue
 from vibroimpact.plotting.design import plot_design, plot_design_map, plot_pareto_front
+from vibroimpact.plotting.exponents import plot_exponents
 from vibroimpact.plotting.forces import plot_forces, plot_hysteresis
 from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.hybrid import plot_hybrid_run
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.multipliers import plot_multipliers
+from vibroimpact.plotting.orbits import plot_orbit, plot_orbits
 from vibroimpact.plotting.phase_portrait import plot_phase_portrait
 from vibroimpact.plotting.plane import plot_plane
-from vibroimpact.plotting.response import plot_response
+from vibroimpact.plotting.response import plot_response, plot_tuned_damper
 from vibroimpact.plotting.sections import plot_section
 from vibroimpact.plotting.style import save
 from vibroimpact.plotting.tori import plot_circle_branch, plot_invariant_circle
@@ -53,6 +55,7 @@ __all__ = [
     "plot_curves",
     "plot_design",
     "plot_design_map",
+    "plot_exponents",
     "plot_forces",
     "plot_free_decay",
     "plot_history",
@@ -61,6 +64,8 @@ __all__ = [
     "plot_invariant_circle",
     "plot_mechanism",
     "plot_multipliers",
+    "plot_orbit",
+    "plot_orbits",
     "plot_pareto_front",
     "plot_phase_portrait",
     "plot_plane",
@@ -71,5 +76,6 @@ __all__ = [
     "plot_section",
     "plot_sine_sweep",
     "plot_tongue",
+    "plot_tuned_damper",
     "save",
 ]

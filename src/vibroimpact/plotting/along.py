@@ -41,7 +41,7 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
     check_dataset("along", along, "vi.sweep or vi.bifurcation_sweep")
     variable_of(along, variable, "Others are observed with observe=[...].")
     units = units_of_sweep(along)
-    array = units.drawn(along, variable)[variable]
+    array = along[variable]
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=style.HEIGHT) as ax:
         if variable == "lyapunov":

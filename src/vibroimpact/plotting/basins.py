@@ -47,7 +47,6 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     check_dataset("basins", basins, "vi.basins", ["attractor"])
     check_flag("marks", marks)
     units = units_of_sweep(basins)
-    basins = units.drawn(basins, "final_position", "final_velocity")
     labels = basins["attractor"]
     across, up = maps.over_two(labels)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:

@@ -59,7 +59,6 @@ def plot_bifurcation_diagram(
     check_dataset("diagram", diagram, "vi.bifurcation_sweep")
     variable_of(diagram, variable, "Coordinates are those of vi.bifurcation_sweep.")
     units = units_of_sweep(diagram)
-    diagram = units.drawn(diagram, variable)
     array = diagram[variable]
     parameter = parameter_of(array)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.1 * style.HEIGHT) as ax:

@@ -6,6 +6,7 @@ from typing import Any
 
 from vibroimpact.machines.units import Quantity, Units
 from vibroimpact.plotting import style
+from vibroimpact.response.band import Band
 
 MARKERS = {
     "SN": ">",
@@ -35,6 +36,11 @@ def parameter_label(name: str, of: Units | None = None) -> str:
     own = of.parameters.get(name, Quantity()).label if of else ""
     text = own or PARAMETERS.get(name) or name.replace("$", r"\$")
     return of.label(text, of.quantity_of(name)) if of else text
+
+
+def band_label(band: Band, of: Units) -> str:
+    """Label of the parameter of a band, in the unit of the band."""
+    return "forcing frequency $f$ [Hz]" if band.unit else parameter_label(band.parameter, of)
 
 
 def marker_of(kind: str) -> dict[str, Any]:

@@ -16,8 +16,7 @@ from scipy.optimize import linear_sum_assignment
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact._core.types import Complexes
-from vibroimpact.branches.branch import BifurcationPoint, Branch
-from vibroimpact.branches.profile import BranchProfile, profile
+from vibroimpact.branches.branch import BifurcationPoint, Branch, BranchProfile, profile
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
@@ -82,9 +81,9 @@ def _mark(ax: Axes, points: list[BifurcationPoint]) -> None:
 
 def _paths(ax: Axes, branch: Branch) -> None:
     points = profile(branch)
-    units, name = units_of(branch.family.system), branch.parameter
+    units = units_of(branch.family.system)
     values = _sorted(_multipliers(branch, points))
-    parameter = points.parameter * units.factor(units.quantity_of(name))
+    parameter = points.parameter
     norm = Normalize(float(parameter.min()), float(parameter.max()))
     look: dict[str, Any] = {"cmap": COLOURS, "norm": norm, "linewidths": 1.6, "zorder": 3}
     middle = (parameter[1:] + parameter[:-1]) / 2.0
@@ -99,7 +98,7 @@ def _paths(ax: Axes, branch: Branch) -> None:
                    norm=norm, zorder=3)  # fmt: skip
     figure = cast(Figure, ax.get_figure(root=True))
     colours = ScalarMappable(norm, mpl.colormaps[COLOURS])
-    figure.colorbar(colours, ax=ax, label=parameter_label(name, units), shrink=0.85)
+    figure.colorbar(colours, ax=ax, label=parameter_label(branch.parameter, units), shrink=0.85)
 
 
 def _multipliers(branch: Branch, points: BranchProfile) -> Complexes:

@@ -12,17 +12,9 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_flag, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import Branch
-from vibroimpact.branches.profile import (
-    ONE_PER_ORBIT,
-    BranchProfile,
-    Stability,
-    coordinate,
-    impacts_at,
-    mirrored,
-    profile,
-)
-from vibroimpact.machines.units import OF_ORBITS, Units, of_coordinate, units_of
+from vibroimpact.branches.branch import Branch, BranchProfile, Stability, profile
+from vibroimpact.branches.profile import ONE_PER_ORBIT, coordinate, impacts_at, mirrored
+from vibroimpact.machines.units import OF_ORBITS, Units, units_of
 from vibroimpact.orbits.find import impact_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
@@ -46,12 +38,10 @@ WORDS_OF_ORBITS = {
 
 
 class _View(NamedTuple):
-    """Variable that is drawn for each orbit, and the factors of the parameter and of it."""
+    """Variable that is drawn for each orbit, and the stop whose impacts it is drawn at."""
 
     variable: str
     stop: tuple[int, int] | None
-    across: float
-    up: float
 
 
 def plot_branches(
@@ -84,8 +74,7 @@ def plot_branches(
         "direction", as for :func:`plot_bifurcation_diagram`. NaN points are left out; values of the
         parameter with NaN points only are marked at the foot of the axes.
     bounds
-        Range of the parameter that is shown, scaled as for ``continue_orbit``; by default that of
-        the branches and attractors.
+        Range of the parameter that is shown; by default that of the branches and attractors.
 
     Returns
     -------
@@ -109,8 +98,7 @@ def plot_branches(
         )
     (name,) = names
     units = units_of(*(branch.family.system for branch in branches))
-    view = _View(variable, stop, units.factor(units.quantity_of(name)),
-                 units.factor(_measured(variable)))  # fmt: skip
+    view = _View(variable, stop)
     colours = style.series(len(branches))
     rows = -(-len(branches) // COLUMNS)
     height = 1.25 * style.HEIGHT + rows * ROW
@@ -123,8 +111,8 @@ def plot_branches(
             if mirror and stop and variable not in ONE_PER_ORBIT:
                 _branch(ax, branch, view, {"color": colour, "linewidth": 0.7}, image=True)
         style.widen_constant(ax)
-        shown = np.array(bounds or _range(branches, attractors))
-        style.whole_range(ax, shown * view.across)
+        shown = bounds or _range(branches, attractors)
+        style.whole_range(ax, shown)
         ax.set(xlabel=parameter_label(name, units), ylabel=_label(variable, units))
         _legend(ax, branches, seen, points=points, cloud=attractors is not None)
         if points:
@@ -147,10 +135,6 @@ def _range(branches: Sequence[Branch], attractors: xr.Dataset | None) -> list[fl
     return [min(float(p.min()) for p in parts), max(float(p.max()) for p in parts)]
 
 
-def _measured(variable: str) -> str:
-    return OF_ORBITS.get(variable) or of_coordinate(variable)
-
-
 def _label(variable: str, units: Units) -> str:
     if variable in WORDS_OF_ORBITS:
         return units.label(WORDS_OF_ORBITS[variable], OF_ORBITS[variable])
@@ -167,11 +151,11 @@ def _cloud(ax: Axes, attractors: xr.Dataset, name: str, view: _View) -> None:
         )
     across, values = xr.broadcast(attractors[name], attractors[variable])
     known = np.isfinite(values.values)
-    x, y = across.values[known] * view.across, values.values[known] * view.up
+    x, y = across.values[known], values.values[known]
     style.points(ax, x, y, color=CLOUD, zorder=1)
     found = values.transpose(name, ...).notnull().values.reshape(len(attractors[name]), -1)
     silent = attractors[name].values[~found.any(axis=1)]
-    style.at_foot(ax, silent * view.across, CLOUD)
+    style.at_foot(ax, silent, CLOUD)
     if silent.size:
         ax.plot([], [], "s", color=CLOUD, markeredgewidth=0.0, label=NO_IMPACT)
 
@@ -180,7 +164,7 @@ def _curves(branch: Branch, points: BranchProfile, view: _View) -> list[Floats]:
     """Values that are drawn, one array for each impact drawn."""
     stop, variable = view.stop, view.variable
     every = [0] if stop is None or variable in ONE_PER_ORBIT else impacts_at(branch, stop)
-    return [view.up * coordinate(branch, points, variable, impact) for impact in every]
+    return [coordinate(branch, points, variable, impact) for impact in every]
 
 
 def _image(branch: Branch, points: BranchProfile, view: _View) -> list[Floats]:
@@ -194,7 +178,7 @@ def _branch(
 ) -> set[Stability]:
     """Draw a branch, or its mirror image, by stability; return the kinds that occur."""
     points, variable = profile(branch), view.variable
-    across = points.parameter * view.across
+    across = points.parameter
     if not len(points.stability):
         return set()  # a single point is not a curve
     for values in (_image if image else _curves)(branch, points, view):
@@ -215,7 +199,7 @@ def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
     labels = Labels(ax)
     for branch, colour in zip(branches, style.series(len(branches)), strict=True):
         points = profile(branch)
-        across = points.parameter * view.across
+        across = points.parameter
         for values in _curves(branch, points, view)[:1]:
             for i in np.flatnonzero(points.special >= 0):
                 point = branch.special_points[points.special[i]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import matplotlib as mpl
 import numpy as np
@@ -76,19 +76,7 @@ TONGUE = "SN"  # kind of the sides
 
 Pair = tuple[float, float]
 Ranges = tuple[Pair, Pair]
-
-
-class _View(NamedTuple):
-    """Names of the two parameters as drawn, and their factors."""
-
-    names: tuple[str, str]
-    factors: Floats
-
-    def drawn(self, curve: BifurcationCurve, values: Floats) -> Floats:
-        """Values of both parameters in the order and the units of the axes."""
-        order = [curve.names.index(name) for name in self.names]
-        found: Floats = np.asarray(values)[:, order] * self.factors
-        return found
+Names = tuple[str, str]
 
 
 def plot_curves(
@@ -111,7 +99,7 @@ def plot_curves(
         Mark and label the points of codimension two: "R4_2" is the point ``curve["R4_2"]``, "2/9" a weak resonance.
         Labels without space are left out.
     bounds
-        Ranges of the two parameters that are shown, scaled as for ``continue_bifurcation``; by default those of the
+        Ranges of the two parameters that are shown; by default those of the
         curves, or the limits of ``ax``.
 
     Returns
@@ -121,17 +109,17 @@ def plot_curves(
     """
     curves = _checked(curves)
     check_flag("points", points)
-    view, units = _view(curves)
-    shown = None if bounds is None else _limits(bounds) * view.factors[:, None]
+    names, units = curves[0].names, _units(curves)
+    shown = None if bounds is None else _limits(bounds)
     entries = _entries(curves, points=points)
     with _axes(ax, len(entries)) as drawn_on:
         kept = _limits_of(drawn_on)
         for curve in curves:
-            _curve(drawn_on, curve, view, halo=kept is not None)
-        _framed(drawn_on, view, units, kept, shown)
+            _curve(drawn_on, curve, names, halo=kept is not None)
+        _framed(drawn_on, names, units, kept, shown)
         _legend(drawn_on, entries)
         if points:
-            _special_points(drawn_on, curves, view)
+            _special_points(drawn_on, curves, names)
     return drawn_on
 
 
@@ -153,24 +141,24 @@ def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
         or not. It ends where the first of the two sides turns back or ends; beyond, only the curves are drawn.
     """
     check_kind("tongue", tongue, Tongue, "a Tongue, as vi.tongue gives")
-    view, units = _view(tongue.sides)
+    names, units = tongue.sides[0].names, _units(tongue.sides)
     p, q = tongue.resonance
     entries = [
         _look(TONGUE, Meaning.BIFURCATION) | {"label": f"sides of the tongue {p}/{q}"},
         *_entries(tongue.sides, points=False)[1:],
         _marker("WEAK") | {"label": OF_POINTS["WEAK"][1]},
     ]
-    x, y = np.array([tongue.tip.parameters[name] for name in view.names]) * view.factors
+    x, y = (tongue.tip.parameters[name] for name in names)
     with _axes(ax, len(entries)) as drawn_on:
         kept = _limits_of(drawn_on)
-        region = view.drawn(tongue.sides[0], region_of(tongue).corners)
+        region = _drawn(tongue.sides[0], names, region_of(tongue).corners)
         plane = any(isinstance(one, QuadMesh) for one in drawn_on.collections)
         with mpl.rc_context({"hatch.linewidth": HATCH}):
             drawn_on.fill(*region.T, **(OVER if plane else INSIDE))
         for side in tongue.sides:
-            _curve(drawn_on, side, view, halo=kept is not None)
+            _curve(drawn_on, side, names, halo=kept is not None)
         drawn_on.plot(x, y, **_marker("WEAK"))
-        _framed(drawn_on, view, units, kept, None)
+        _framed(drawn_on, names, units, kept, None)
         _legend(drawn_on, entries)
         _label_tip(drawn_on, _text(tongue.tip), float(x), float(y))
     return drawn_on
@@ -192,12 +180,15 @@ def _checked(curves: Any) -> Sequence[BifurcationCurve]:
     return cast(Sequence[BifurcationCurve], curves)
 
 
-def _view(curves: Sequence[BifurcationCurve]) -> tuple[_View, Units]:
+def _units(curves: Sequence[BifurcationCurve]) -> Units:
     planes = [curve.problem.equations for curve in curves]
-    units = units_of(*(p.system if isinstance(p, OrbitPlane) else None for p in planes))
-    names = curves[0].names
-    factors = [units.factor(units.quantity_of(name)) for name in names]
-    return _View(names, np.array(factors)), units
+    return units_of(*(p.system if isinstance(p, OrbitPlane) else None for p in planes))
+
+
+def _drawn(curve: BifurcationCurve, names: Names, values: Floats) -> Floats:
+    """Values of both parameters in the order of the axes."""
+    found: Floats = np.asarray(values)[:, [curve.names.index(name) for name in names]]
+    return found
 
 
 def _limits(bounds: Any) -> Floats:
@@ -218,7 +209,7 @@ def _limits_of(ax: Axes) -> tuple[Pair, Pair] | None:
 
 
 def _framed(
-    ax: Axes, view: _View, units: Units, kept: tuple[Pair, Pair] | None, shown: Floats | None
+    ax: Axes, names: Names, units: Units, kept: tuple[Pair, Pair] | None, shown: Floats | None
 ) -> None:
     """Fix the limits, and name the axes of a new figure."""
     limits = shown if shown is not None else kept
@@ -229,15 +220,15 @@ def _framed(
         ax.set(xlim=ax.get_xlim(), ylim=ax.get_ylim())
     if kept is None:
         ax.set(
-            xlabel=parameter_label(view.names[0], units),
-            ylabel=parameter_label(view.names[1], units),
+            xlabel=parameter_label(names[0], units),
+            ylabel=parameter_label(names[1], units),
         )
 
 
-def _curve(ax: Axes, curve: BifurcationCurve, view: _View, *, halo: bool) -> None:
+def _curve(ax: Axes, curve: BifurcationCurve, names: Names, *, halo: bool) -> None:
     """Draw the stretches of a curve."""
     for part in stretches(curve):
-        across, up = view.drawn(curve, part.values).T
+        across, up = _drawn(curve, names, part.values).T
         if halo:
             ax.plot(across, up, label="_", **HALO)
         ax.plot(across, up, dash_capstyle="butt", **_look(curve.kind, part.meaning))
@@ -260,7 +251,7 @@ def _marker(kind: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], view: _View) -> None:
+def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], names: Names) -> None:
     """Mark the points, one where several curves pass, and label them, the most important first."""
     labels = Labels(ax)
     span = np.array([np.ptp(ax.get_xlim()), np.ptp(ax.get_ylim())])
@@ -268,7 +259,7 @@ def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], view: _View) -
     every = [(curve, point) for curve in curves for point in curve.special_points]
     for curve, point in sorted(every, key=lambda pair: _rank(pair[1])):
         values = np.array([[point.parameters[name] for name in curve.names]])
-        at = view.drawn(curve, values)[0]
+        at = _drawn(curve, names, values)[0]
         if any(k == point.kind and np.all(np.abs(at - b) < SAME * span) for k, b in seen):
             continue
         seen.append((point.kind, at))

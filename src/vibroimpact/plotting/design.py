@@ -16,7 +16,7 @@ from vibroimpact.design.optimise import Design
 from vibroimpact.design.pareto import ParetoFront
 from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
-from vibroimpact.plotting.branch_looks import parameter_label
+from vibroimpact.plotting.branch_looks import band_label, parameter_label
 
 FINE = 200  # values of the linear machine
 KINDS = ("response", "search")
@@ -51,18 +51,15 @@ def plot_design(design: Design, *, what: str = "response", ax: Axes | None = Non
 
 
 def _response(ax: Axes, design: Design) -> None:
-    judge, row = design.judge, np.array(list(design.values.values()))
-    units, up = units_of(design.system), design.factors[""]
-    over = judge.band.factor if judge.band.unit else units.factor(
-        units.quantity_of(judge.band.parameter)
-    )  # fmt: skip
+    judge, row = design.judge, np.array(list(design.parameters.values()))
+    units, over = units_of(design.system), judge.band.factor
     fine, coarse = judge.band.values(FINE), judge.band.values(judge.objective.points)
-    ax.plot(over * fine, up * judge.opened(FINE), color=style.GREY, label="without impacts")
+    ax.plot(over * fine, judge.opened(FINE), color=style.GREY, label="without impacts")
     ax.plot(
-        over * coarse, up * judge.over_band(row), color=style.BLUE, marker="o", markersize=2.5,
+        over * coarse, judge.over_band(row), color=style.BLUE, marker="o", markersize=2.5,
         label="best machine, worst of all starts",
     )  # fmt: skip
-    ax.set(xlabel=_across(judge, units), ylabel=_text(judge, units))
+    ax.set(xlabel=band_label(judge.band, units), ylabel=_text(judge, units))
     ax.set_ylim(bottom=0.0)
     style.legend_outside(ax, columns=2)
 
@@ -72,8 +69,7 @@ def _search(ax: Axes, design: Design) -> None:
     values = data["value"].values
     style.points(ax, np.arange(1, len(values) + 1), values, color=style.SILVER, label="machine")
     count, best = design.history
-    up = design.factors[""]
-    ax.step(count, up * np.array(best), where="post", color=style.BLUE, label="best so far")
+    ax.step(count, best, where="post", color=style.BLUE, label="best so far")
     ax.set(xlabel="machines tried", ylabel=_text(design.judge, units_of(design.system)))
     valued = values[np.isfinite(values)]
     low, high = float(valued.min()), float(np.quantile(valued, 0.95))
@@ -99,7 +95,7 @@ def plot_design_map(found: DesignMap, *, ax: Axes | None = None) -> Axes:
     check_kind("found", found, DesignMap, "a DesignMap, as vi.design_map gives")
     units = units_of(found.system)
     first, second = found.axes
-    x, y = (found.axes[name] * units.factor(units.quantity_of(name)) for name in (first, second))
+    x, y = found.axes.values()
     gains: Any = np.ma.masked_invalid(found.reduction_db.T)
     size = float(np.abs(gains).max() or 1.0)
     with style.drawing(ax, width=1.4 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
@@ -112,7 +108,7 @@ def plot_design_map(found: DesignMap, *, ax: Axes | None = None) -> Axes:
                 x, y, found.within.T.astype(float), [0.5], colors=style.BLACK, linewidths=0.8
             )
         ax.plot(
-            x, found.ridge * units.factor(units.quantity_of(second)), color=style.BLACK,
+            x, found.ridge, color=style.BLACK,
             linestyle="--", linewidth=0.9, label=f"best {second.replace('_', ' ')}",
         )  # fmt: skip
         ax.figure.colorbar(mesh, ax=ax, label="reduction [dB]")
@@ -138,10 +134,9 @@ def plot_pareto_front(front: ParetoFront, *, ax: Axes | None = None) -> Axes:
     """
     check_kind("front", front, ParetoFront, "a ParetoFront, as vi.pareto_front gives")
     units = units_of(front.system)
-    ups = [units.factor(judge.measure.dimension) for judge in front.judges]
     with style.drawing(ax, width=1.2 * style.WIDTH, height=1.2 * style.HEIGHT) as ax:
         ax.plot(
-            *(front.own_values * ups).T, color=style.BLUE, marker="o", markersize=3.0,
+            *front.values.T, color=style.BLUE, marker="o", markersize=3.0,
             linewidth=0.6, drawstyle="steps-post",
         )  # fmt: skip
         ax.set(**{
@@ -149,14 +144,6 @@ def plot_pareto_front(front: ParetoFront, *, ax: Axes | None = None) -> Axes:
             for axis, judge in zip("xy", front.judges, strict=True)
         })  # fmt: skip
     return ax
-
-
-def _across(judge: Judge, units: Units) -> str:
-    if judge.band.unit == "Hz":
-        return "forcing frequency $f$ [Hz]"
-    if judge.band.unit:
-        return rf"{parameter_label(judge.band.parameter)} [{judge.band.unit}]"
-    return parameter_label(judge.band.parameter, units)
 
 
 def _text(judge: Judge, units: Units) -> str:

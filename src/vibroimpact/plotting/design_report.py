@@ -96,7 +96,7 @@ def _sensitivities(best: Design) -> Block:
             f"{number(x, unit)}{' (bound)' if at else ''}"
             for x, at in zip((low, high), at_bounds, strict=True)
         ]
-        slope = f"{best.sensitivity[name]:.3g}"
+        slope = f"{best.sensitivity[name].value:.3g}"
         rows.append((words, Symbol(symbol), number(value, unit), slope, " to ".join(ends)))
     kind = "exact" if best.sensitivity_exact else "by differences"
     up = f" in {best.units['']}" if best.units[""] else ""

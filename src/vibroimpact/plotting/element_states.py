@@ -34,11 +34,8 @@ def shown_elements(run: Run) -> list[int]:
     return [i for i in range(states.shape[1]) if i >= contacts or states[:, i].any()]
 
 
-def draw_states(ax: Axes, run: Run, window: tuple[float, float], unit: float) -> None:
-    """Draw a strip for every element below the data, and label the states.
-
-    The window is in the time that is drawn: ``unit`` times that of the run.
-    """
+def draw_states(ax: Axes, run: Run, window: tuple[float, float]) -> None:
+    """Draw a strip for every element below the data, and label the states."""
     m = mechanism_of(run.system)
     numbers = shown_elements(run) if needs_elements(m) else []
     if not numbers:
@@ -50,12 +47,12 @@ def draw_states(ax: Axes, run: Run, window: tuple[float, float], unit: float) ->
     named = set[str]()
     for row, number in enumerate(reversed(numbers)):
         y = BETWEEN + row * (STRIP + BETWEEN)
-        for begin, end, value in _pieces(run, number, window[0] / unit, window[1] / unit):
+        for begin, end, value in _pieces(run, number, *window):
             look = m.elements[number].looks.get(value)
             if look is None:
                 continue
             ax.add_patch(
-                Rectangle((begin * unit, y), (end - begin) * unit, STRIP, facecolor=colour_of(look),
+                Rectangle((begin, y), end - begin, STRIP, facecolor=colour_of(look),
                           edgecolor="none", transform=ax.get_xaxis_transform(),
                           label="" if look.words in named else look.words)
             )  # fmt: skip

@@ -65,10 +65,9 @@ def plot_forces(
     with style.drawing(ax, width=1.6 * style.WIDTH) as ax:
         ax.axhline(0.0, color=style.SILVER, linewidth=0.6, zorder=0)
         for number, colour in zip(numbers, colours, strict=True):
-            f = force[:, number] * units.factor("force")
-            ax.plot(t * units.scales.time, f, color=colour, label=labels[number])
+            ax.plot(t, force[:, number], color=colour, label=labels[number])
         ax.set(xlabel=units.label("time $t$", "time"), ylabel=units.label("force $f$", "force"))
-        ax.set_xlim(start * units.scales.time, end * units.scales.time)
+        ax.set_xlim(start, end)
         style.legend_outside(ax, columns=6)
     return ax
 
@@ -113,8 +112,7 @@ def plot_hysteresis(
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         for level in (ax.axhline, ax.axvline):
             level(0.0, color=style.SILVER, linewidth=0.6, zorder=0)
-        f = force[:, number] * units.factor("force")
-        ax.plot(u * units.scales.length, -f, color=style.BLUE, linewidth=0.8)
+        ax.plot(u, -force[:, number], color=style.BLUE, linewidth=0.8)
         ax.set(xlabel=units.label(name, "length"), title=element_labels(m)[number])
         ax.set_ylabel(units.label("force on the element $-f$", "force"))
     return ax

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_kind, real
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.machines.units import Scales, units_of
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import draw_states, motion_of
@@ -46,22 +46,19 @@ def plot_history(
     x1 + delta (A) and x1 - delta (B), and the free mass between them. For other systems the
     impacts are marked on the coordinates that take part, stops of one coordinate are grey lines
     where they are (soft ones dashed), and below, a strip for every soft stop, friction joint and
-    phase switch, and for every rigid stop that comes to rest, shows its state. A system made by
-    ``from_physical`` is drawn in seconds and metres; t0 and t1 are nondimensional.
+    phase switch, and for every rigid stop that comes to rest, shows its state.
     """
     t, places = sampled(run, t0, t1)
     inside = run.impacts & (run.time >= t[0]) & (run.time <= t[-1])
     units = units_of(run.system)
-    t, places = t * units.scales.time, places * units.scales.length
-    at = run.time * units.scales.time, run.position * units.scales.length
     with style.drawing(ax, width=1.6 * style.WIDTH) as ax:
-        if delta := _half_slot(run.system) * units.scales.length:
-            _mass_in_slot(ax, run, delta, t, places, inside, at)
+        if delta := _half_slot(run.system):
+            _mass_in_slot(ax, run, delta, t, places, inside)
             ax.set_ylabel(units.label("$x_1,\\ x_2$", "length"))
         else:
-            _any_system(ax, run, t, places, inside, at)
-            _stops(ax, run, t, units.scales)
-            draw_states(ax, run, (t[0], t[-1]), units.scales.time)
+            _any_system(ax, run, t, places, inside)
+            _stops(ax, run, t)
+            draw_states(ax, run, (t[0], t[-1]))
             ax.set_ylabel(units.label("$x_i$" if places.shape[1] > 1 else "$x_1$", "length"))
         ax.set(xlabel=units.label("time $t$", "time"), xlim=(t[0], t[-1]))
         style.legend_outside(ax, columns=4 if mechanism_of(run.system).switching else 6)
@@ -102,10 +99,9 @@ def _half_slot(system: System) -> float:
 
 def _mass_in_slot(
     ax: Axes, run: Run, delta: float, t: NDArray[np.float64], places: NDArray[np.float64],
-    inside: NDArray[np.bool_], at: tuple[NDArray[np.float64], NDArray[np.float64]],
+    inside: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     x1, x2 = places.T
-    time, position = at
     ax.fill_between(t, x1 - delta, x1 + delta, color="#EEF2F6", linewidth=0.0)
     for shift, (_, name, colour, _) in zip((delta, -delta), STOPS, strict=True):
         sign = "+" if shift > 0 else "-"
@@ -114,26 +110,25 @@ def _mass_in_slot(
     ax.plot(t, x2, color=style.BLACK, label="$x_2$")
     for side, _, colour, marker in STOPS:
         chosen = inside & (run.side == side)
-        ax.plot(time[chosen], position[chosen, 1], marker, color=colour, markersize=4.0,
+        ax.plot(run.time[chosen], run.position[chosen, 1], marker, color=colour, markersize=4.0,
                 zorder=3)  # fmt: skip
 
 
 def _any_system(
     ax: Axes, run: Run, t: NDArray[np.float64], places: NDArray[np.float64],
-    inside: NDArray[np.bool_], at: tuple[NDArray[np.float64], NDArray[np.float64]],
+    inside: NDArray[np.bool_],
 ) -> None:  # fmt: skip
-    time, position = at
     for i, place in enumerate(places.T):
         ax.plot(t, place, color=COLOURS[i % len(COLOURS)], label=f"$x_{{{i + 1}}}$")
     for side, _, colour, marker in STOPS:
         for i in range(run.position.shape[1]):
             moved = run.velocity_after[:, i] != run.velocity_before[:, i]
             chosen = inside & (run.side == side) & moved
-            ax.plot(time[chosen], position[chosen, i], marker, color=colour,
+            ax.plot(run.time[chosen], run.position[chosen, i], marker, color=colour,
                     markersize=4.0, zorder=3)  # fmt: skip
 
 
-def _stops(ax: Axes, run: Run, t: NDArray[np.float64], scales: Scales) -> None:
+def _stops(ax: Axes, run: Run, t: NDArray[np.float64]) -> None:
     """Draw the stops of contacts and soft stops that involve one coordinate only."""
     m = mechanism_of(run.system)
     for part in m.elements:
@@ -147,7 +142,7 @@ def _stops(ax: Axes, run: Run, t: NDArray[np.float64], scales: Scales) -> None:
             if not np.isfinite(stop):
                 continue
             if not part.motion:
-                ax.axhline(stop / entries[0] * scales.length, **look)
+                ax.axhline(stop / entries[0], **look)
                 continue
-            place = (stop + motion_of(run, part.motion, t / scales.time)) / entries[0]
-            ax.plot(t, place * scales.length, **(look | {"linewidth": 1.2}))
+            place = (stop + motion_of(run, part.motion, t)) / entries[0]
+            ax.plot(t, place, **(look | {"linewidth": 1.2}))

@@ -33,7 +33,7 @@ class Varied(NamedTuple):
 
 
 def machine_table(system: System, varied: Sequence[Varied] = (), caption: str = "") -> Table:
-    """Table of a machine: what it has, symbol, value; in SI units where it has physical scales.
+    """Table of a machine: what it has, symbol, value.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def _parameters(system: System, units: Units, varied: dict[str, str]) -> Iterato
         quantity = units.quantity_of(name)
         text = varied.get(name) or units_text(units, quantity, value)
         if name not in varied and units.si and quantity == "frequency":
-            text += f" ({number(value * units.factor(quantity) / (2.0 * math.pi), 'Hz')})"
+            text += f" ({number(value / (2.0 * math.pi), 'Hz')})"
         yield words, Symbol(symbol), text
 
 
@@ -138,4 +138,4 @@ def _pair(both: float | tuple[float, float]) -> str:
 
 def units_text(units: Units, quantity: str, value: float) -> str:
     """A value of the system as a text with its unit."""
-    return number(value * units.factor(quantity), units.unit(quantity))
+    return number(value, units.unit(quantity))

@@ -63,7 +63,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
 
 
 def has_numbers(system: System) -> bool:
-    """Whether a drawing without the parameters below it has numbers, which are scaled ones."""
+    """Whether a drawing without the parameters below it has numbers."""
     return not isinstance(system, ImpactDamper)
 
 
@@ -122,7 +122,7 @@ def _parameters(d: ImpactDamper) -> str:
     units = units_of(d)
 
     def labelled(symbol: str, value: float, quantity: str = "") -> str:
-        return rf"${symbol}={value * units.factor(quantity):g}$ {units.unit(quantity)}".rstrip()
+        return rf"${symbol}={value:g}$ {units.unit(quantity)}".rstrip()
 
     parts = [
         labelled(r"\mu", d.mass_ratio), labelled(r"\omega_n", d.omega_n, "frequency"),

@@ -36,8 +36,7 @@ def plot_multipliers(
     path
         Orbits along omega, or their multipliers, complex, shape (n_omega, n_multiplier).
     omega
-        Colours the points, shape (n_omega,); taken from the orbits if these are given, in rad/s
-        where their dampers have physical scales.
+        Colours the points, shape (n_omega,); taken from the orbits if these are given.
     half
         Draw nu of the half map (True) or lambda = nu^2 of the full map. Names the axes if
         ``path`` is an array.
@@ -141,7 +140,6 @@ def _points(
     if along is None:
         ax.scatter(flat.real, flat.imag, color=style.BLUE, **look)
         return
-    along = along * units.factor("frequency")
     norm = Normalize(float(along.min()), float(along.max()))
     colours = mpl.colormaps[COLOURS]
     ax.scatter(flat.real, flat.imag, c=along[each], cmap=colours, norm=norm, **look)

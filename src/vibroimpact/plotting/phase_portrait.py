@@ -48,12 +48,11 @@ def plot_phase_portrait(
     full[: len(entries)] = entries
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         units = units_of(run.system)
-        sizes = units.scales.length, units.scales.velocity
         for (x, v), looks in (
             (_flights(run, full, start, end), {"color": style.BLUE}),
             (_jumps(run, full, start, end), {"color": style.VERMILION, "linestyle": (0, (2, 1.5))}),
         ):
-            ax.plot(x * sizes[0], v * sizes[1], linewidth=0.8, **looks)
+            ax.plot(x, v, linewidth=0.8, **looks)
         place, speed = _names(full)
         across, up = units.label(f"${place}$", "length"), units.label(f"${speed}$", "velocity")
         ax.set(xlabel=across, ylabel=up)

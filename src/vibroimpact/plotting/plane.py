@@ -77,7 +77,6 @@ def plot_plane(
     plane = _completed(plane, variable)
     variable_of(plane, variable)
     units = units_of_sweep(plane)
-    plane = units.drawn(plane, variable)
     check_count("most", most, 1, len(COLOURS))
     if symbols is not None:
         _check_symbols(symbols, variable)

@@ -20,7 +20,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_kind, check_target, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
-from vibroimpact.branches.profile import Stability
+from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.registry import name_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Rms, coefficients_of
@@ -134,7 +134,7 @@ def comparison_sentence(response: Response, which: str) -> str:
         where = f"at {number(place * shown.across, shown.unit_across)}"
     if math.isinf(value):
         return f"{_capital(name)} it would grow without bound {where}."
-    at = f"{number(value * shown.up, shown.unit)}, {where}"
+    at = f"{number(value, shown.unit)}, {where}"
     if not value > 0.0 or not worst.value > 0.0:
         return f"{_capital(name)} it would be {at}."
     level = float(decibels(worst.value / value, response.measure.dimension))
@@ -214,7 +214,7 @@ def _over(response: Response) -> str:
 
 
 def _ends(response: Response) -> tuple[str, str]:
-    across, unit = response.shown.across, response.shown.unit_across
+    _, unit, across = response.shown
     low, high = (end * across for end in (response.band.low, response.band.high))
     return number(low, unit), number(high, unit)
 
@@ -231,16 +231,15 @@ def machine_section(response: Response) -> list[Block]:
     system = response.system
     low, high = _ends(response)
     varied = [Varied(response.parameter, f"varied from {low} to {high}")]
-    scaled = units_of(system).si
+    si = units_of(system).si
     caption = "The model, not to scale: x to the right."
     if has_numbers(system):
-        units = ", in the scaled units of the model" if scaled else ""
-        caption += f" Its numbers are those at {low}{units}."
+        caption += f" Its numbers are those at {low}."
     drawing = picture_of(plot_mechanism(system, parameters=False))
     alternative = f"Drawing of the {machine_words(system)}"
     return [
         Picture(drawing, caption, alternative, narrow=True),
-        machine_table(system, varied, "" if scaled else PLAIN),
+        machine_table(system, varied, "" if si else PLAIN),
     ]
 
 
@@ -294,7 +293,7 @@ def _kind_row(response: Response, kind: str, found: Sequence[Answer]) -> list[st
     names = sorted({a.motion for a in found} - {*KINDS}, key=lambda name: (len(name), name))
     return [
         KINDS[kind], _where(response, places), str(len(places)),
-        number(largest * shown.up, shown.unit), _few(names),
+        number(largest, shown.unit), _few(names),
     ]  # fmt: skip
 
 
@@ -336,7 +335,7 @@ def has_rms(response: Response) -> bool:
 
 
 def _rows_at(response: Response, own: float) -> Iterator[list[str]]:
-    """Rows for one value of the parameter in the system's own units."""
+    """Rows for one value of the parameter."""
     shown, units = response.shown, units_of(response.system)
     found = response.at(own * response.band.factor)
     total = sum(answer.members for answer in found)
@@ -349,7 +348,7 @@ def _rows_at(response: Response, own: float) -> Iterator[list[str]]:
             row.append(units_text(units, response.simulation.measures[1].dimension, answer.rms))
         row += [motion_in_words(answer.motion), f"{answer.members} of {total} starts"]
         if is_comparable(response):
-            row.append(number(beside * shown.up, shown.unit))
+            row.append(number(beside, shown.unit))
         yield row
 
 
@@ -397,7 +396,7 @@ def repeat_section(response: Response, command: str) -> list[Block]:
     ]
     return [
         *blocks,
-        Text(["In full precision, the machine in the units of the model:"]),
+        Text(["In full precision:"]),
         Code("\n".join(exact)),
     ]
 

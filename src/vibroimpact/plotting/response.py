@@ -11,14 +11,15 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
 from vibroimpact._core.types import Floats, Integers
-from vibroimpact.branches.profile import Stability
+from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
-from vibroimpact.plotting.branch_looks import KINDS, marker_of, parameter_label
+from vibroimpact.plotting.branch_looks import KINDS, band_label, marker_of
 from vibroimpact.plotting.branches import LINES, WORDS
 from vibroimpact.response.compare import COMPARISONS, comparison, decibels
 from vibroimpact.response.curves import ResponseCurve
 from vibroimpact.response.response import Response
+from vibroimpact.response.tuned import TunedDamper
 
 BESIDE = {"linear": (style.GREY, "linear, stops open"), "tuned": (style.GREEN, "tuned mass damper")}
 SIMULATED, SEEN = style.VERMILION, style.SILVER
@@ -28,16 +29,15 @@ DECIBELS = 60.0  # below the largest value: less is cut off
 
 
 class _Axes(NamedTuple):
-    """Where values go: factors of both axes, whether in decibels, and of which quantity."""
+    """Where values go: factor of the band, whether in decibels, and of which quantity."""
 
     over: float
-    up: float
     decibel: bool
     quantity: str
 
     def y(self, values: Any) -> Floats:
-        scaled = np.asarray(values, dtype=float) * self.up
-        return decibels(scaled, self.quantity) if self.decibel else scaled
+        given = np.asarray(values, dtype=float)
+        return decibels(given, self.quantity) if self.decibel else given
 
 
 def plot_response(
@@ -56,7 +56,7 @@ def plot_response(
     ax
         Axes to draw on; a new figure if not given.
     decibel
-        Draw 20 lg of the value in the unit shown, 10 lg of a power.
+        Draw 20 lg of the value, 10 lg of a power.
     compare
         Draw beside it "linear", the machine with all stops open, and "tuned", with a tuned mass
         damper of the same mass in place of the free masses.
@@ -77,7 +77,7 @@ def plot_response(
         check_choice("compare", one, list(COMPARISONS))
     units = units_of(response.system)
     quantity = response.measure.dimension
-    axes = _Axes(response.shown.across, response.shown.up, decibel, quantity)
+    axes = _Axes(response.band.factor, decibel, quantity)
     with style.drawing(ax, width=1.9 * style.WIDTH, height=1.4 * style.HEIGHT) as ax:
         beside = {one: comparison(response, one) for one in compare}
         for one, (p, values) in beside.items():
@@ -90,17 +90,12 @@ def plot_response(
         if marks:
             _marks(ax, response, axes)
         _limits(ax, response, axes, [values for _, values in beside.values()])
-        ax.set(xlabel=_label(response, units), ylabel=_ordinate(response, units, decibel=decibel))
+        ax.set(
+            xlabel=band_label(response.band, units),
+            ylabel=_ordinate(response, units, decibel=decibel),
+        )
         style.legend_outside(ax, columns=4)
     return ax
-
-
-def _label(response: Response, units: Units) -> str:
-    if response.band.unit == "Hz":
-        return "forcing frequency $f$ [Hz]"
-    if response.band.unit:
-        return rf"{parameter_label(response.parameter)} [{response.band.unit}]"
-    return parameter_label(response.parameter, units)
 
 
 def _ordinate(response: Response, units: Units, *, decibel: bool) -> str:
@@ -199,3 +194,26 @@ def _limits(ax: Axes, response: Response, axes: _Axes, others: list[Floats]) -> 
         ax.set_ylim(low - 3.0, top + 3.0)
     else:
         ax.set_ylim(0.0, HIGH * top)
+
+
+def plot_tuned_damper(damper: TunedDamper, *, ax: Axes | None = None) -> Axes:
+    """Draw the amplification of a machine with a tuned mass damper over the forcing frequency.
+
+    Parameters
+    ----------
+    damper
+        A result of :func:`vibroimpact.tuned_damper`.
+    ax
+        Axes to draw on; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+        The Axes drawn on.
+    """
+    check_kind("damper", damper, TunedDamper, "a TunedDamper, as vi.tuned_damper gives")
+    ratio = np.linspace(0.0, 2.0 * max(1.0, damper.frequency_ratio, damper.peak_at[0]), 1000)
+    with style.drawing(ax) as ax:
+        ax.plot(ratio, damper.amplification(ratio), color=style.GREEN)
+        ax.set(xlabel=r"frequency ratio $\Omega/\omega_n$", ylabel="amplification $|X|$")
+    return ax

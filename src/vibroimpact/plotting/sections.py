@@ -49,7 +49,6 @@ def plot_section(
     across, up = (component(section, name, c, place) for name, c in (("x", x), ("y", y)))
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
         units = units_of(getattr(section, "system", None))
-        across, up = (v * units.factor(of_coordinate(n)) for n, v in ((x, across), (y, up)))
         style.points(ax, across, up, **({"color": style.BLUE} | looks))
         after = isinstance(section.at, AtStop)
         less = "" if place is section.position else ", less the drift"

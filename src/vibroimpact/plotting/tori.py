@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_kind, shown
-from vibroimpact.machines.units import of_coordinate, units_of
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.labels import Labels
@@ -57,12 +57,8 @@ def plot_invariant_circle(
     line = "-" if circle.stable else "--" if circle.admissible else ":"
     units = units_of(circle.subject)
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
-        across, up = (
-            columns[a] * (units.factor(of_coordinate(n)) if machine else 1.0)
-            for a, n in (("x", x), ("y", y))
-        )
         given: dict[str, Any] = {"color": style.BLUE, "linestyle": line, "linewidth": 0.9} | looks
-        ax.plot(across, up, **given)
+        ax.plot(columns["x"], columns["y"], **given)
         labels = (
             coordinate_label(n, units) if machine else f"${n[0]}_{{{n[1:]}}}$" for n in (x, y)
         )

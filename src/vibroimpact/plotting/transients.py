@@ -12,7 +12,7 @@ from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact.machines.units import Units, units_of
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.plotting import style
-from vibroimpact.plotting.branch_looks import parameter_label
+from vibroimpact.plotting.branch_looks import band_label
 from vibroimpact.plotting.history import STOPS
 from vibroimpact.transients.force_record import ForceRecord
 from vibroimpact.transients.free_decay import FreeDecay
@@ -75,7 +75,7 @@ def plot_free_decay(decay: FreeDecay, *, ax: Axes | None = None) -> Axes:
         for y in (level, -level):
             label = f"{100.0 * decay.to:g} % of the largest" if y > 0.0 else None
             ax.axhline(y, color=style.GREY, linewidth=0.7, linestyle=(0, (4, 2)), label=label)
-        hit = decay.run.time[decay.run.impacts] * decay.scales.time
+        hit = decay.run.time[decay.run.impacts]
         style.at_foot(ax, hit[hit <= end], style.BLACK)
         if hit.size:
             ax.plot([], [], "s", color=style.BLACK, label="impacts")
@@ -106,26 +106,21 @@ def plot_sine_sweep(swept: SineSweep, quantity: str = "peak", *, ax: Axes | None
     """
     check_kind("swept", swept, SineSweep, "a SineSweep, as vi.sine_sweep gives")
     found = swept.quantity(quantity)
-    units, band = units_of(swept.system), swept.band
+    units = units_of(swept.system)
     looks = {
         "up": (style.BLUE, "-", "upwards"),
         "down": (style.VERMILION, (0, (3, 1)), "downwards"),
     }
-    own = units.quantity_of(band.parameter)
-    x = swept.values * (1.0 if band.unit else units.factor(own))
+    x = swept.values
     with style.drawing(ax, width=1.3 * style.WIDTH) as ax:
         for way, values in zip(swept.directions, found.values, strict=True):
             colour, line, name = looks[way]
             ax.plot(x, values, color=colour, linestyle=line, label=name)
-        xlabel = (
-            f"forcing frequency [{band.unit}]" if band.unit
-            else parameter_label(band.parameter, units)
-        )  # fmt: skip
         ylabel = (
             "impacts per forcing period" if quantity == "impacts"
             else _of_row(units, swept.row, f"{quantity} of ")
         )  # fmt: skip
-        ax.set(xlabel=xlabel, ylabel=ylabel, xlim=(x[0], x[-1]))
+        ax.set(xlabel=band_label(swept.band, units), ylabel=ylabel, xlim=(x[0], x[-1]))
         if quantity in ("peak", "amplitude", "rms"):
             ax.set_ylim(bottom=0.0)
         style.legend_outside(ax)

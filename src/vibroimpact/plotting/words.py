@@ -66,7 +66,7 @@ def _impacts(count: int) -> str:
 
 def value_of(answer: Answer) -> str:
     """What is measured of a motion, with its unit."""
-    return number(answer.value_shown, answer.shown.unit)
+    return number(answer.value, answer.shown.unit)
 
 
 def place_of(answer: Answer) -> str:

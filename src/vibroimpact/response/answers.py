@@ -47,12 +47,11 @@ OBSERVED = ("symbol", "impacts", "lyapunov", "final")
 
 
 class Shown(NamedTuple):
-    """Factors from the units of a system to those that are shown, and these units in words."""
+    """Units of the measure and of the band in words, and the factor from the parameter to the latter."""
 
-    across: float = 1.0
-    unit_across: str = ""
-    up: float = 1.0
     unit: str = ""
+    unit_across: str = ""
+    across: float = 1.0
 
 
 PLAIN = Shown()
@@ -84,12 +83,7 @@ class Answer:
     state
         A state on a simulated motion, None for others.
     shown
-        :class:`Shown`: factors to the units in which it is printed.
-
-    Notes
-    -----
-    Numbers are in the units of the system; ``parameter_shown`` and ``value_shown`` in those of the
-    shop.
+        :class:`Shown`: units in which it is printed.
     """
 
     parameter: float
@@ -108,13 +102,8 @@ class Answer:
 
     @property
     def parameter_shown(self) -> float:
-        """The value of the parameter in the unit of the response: hertz, SI, or its own."""
+        """The value of the parameter in the unit of the band."""
         return self.parameter * self.shown.across
-
-    @property
-    def value_shown(self) -> float:
-        """The measure in SI units where the machine has physical scales, else in its own."""
-        return self.value * self.shown.up
 
     @property
     def periodic(self) -> bool:
@@ -123,7 +112,7 @@ class Answer:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable" if self.admissible else "not admissible"
-        value = f"{self.value_shown:.6g} {self.shown.unit}".rstrip()
+        value = f"{self.value:.6g} {self.shown.unit}".rstrip()
         place = f"{self.parameter_shown:.6g} {self.shown.unit_across}".rstrip()
         return f"Answer({value} at {place}: {self.motion}, {kind})"
 

@@ -1,4 +1,4 @@
-"""Bands of a parameter, in its own unit or in hertz."""
+"""Bands of a parameter, in its unit or in hertz."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ import numpy as np
 from vibroimpact._core.checks import check_choice, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.machines.units import scales_or_ones
 from vibroimpact.measures.flights import derivative, jet
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded, parameter_value, with_parameter, with_values
 from vibroimpact.model.system import System, mechanism_of
 
-Unit = Literal["", "Hz", "rad/s"]
-CYCLES = {"Hz": 2.0 * math.pi, "rad/s": 1.0}  # radians per second
+Unit = Literal["", "Hz"]
+FACTORS = {"": 1.0, "Hz": 1.0 / (2.0 * math.pi)}  # from the unit of the parameter
 FACTOR = 1e-9  # relative: a parameter that all frequencies are proportional to
 
 
@@ -27,25 +26,23 @@ class Band(NamedTuple):
     Attributes
     ----------
     parameter, low, high
-        Its name, and the range in the system's own units.
+        Its name, and the range in the unit of the parameter.
     unit
-        "" for these, "Hz" or "rad/s".
-    factor
-        From the system's own to this unit.
+        "" for that unit, or "Hz".
     """
 
     parameter: str
     low: float
     high: float
     unit: Unit = ""
-    factor: float = 1.0
 
-    def own(self, value: float) -> float:
-        """A value in the system's own units."""
-        return value / self.factor
+    @property
+    def factor(self) -> float:
+        """From the unit of the parameter to that of the band."""
+        return FACTORS[self.unit]
 
     def values(self, count: int) -> Floats:
-        """Evenly spaced values in the system's own units, both ends included."""
+        """Evenly spaced values in the unit of the parameter, both ends included."""
         return np.linspace(self.low, self.high, count)
 
 
@@ -59,9 +56,8 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     band
         (low, high), low < high.
     unit
-        "Hz" or "rad/s" where the band is in these and the parameter is the forcing frequency; by
-        default the unit of the parameter itself, scaled for a machine that was made by
-        ``from_physical``. Without such scales the unit of time of the system is the second.
+        "Hz" where the band is in hertz and the parameter is the forcing frequency, in radians per
+        second; by default the band is in the unit of the parameter.
 
     Raises
     ------
@@ -71,15 +67,14 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     """
     parameter_value(system, parameter)
     low, high = ends_of("band", band)
-    factor = 1.0
-    check_kind("unit", unit, str, '"Hz", "rad/s" or ""')
+    check_kind("unit", unit, str, '"Hz" or ""')
+    check_choice("unit", unit, [*FACTORS])
     if unit:
-        check_choice("unit", unit, [*CYCLES])
         _check_frequency(system, parameter, unit)
-        factor = scales_or_ones(system).frequency / CYCLES[unit]
-    for value in (low, high):
-        _check_value(system, parameter, value / factor)
-    return Band(parameter, low / factor, high / factor, unit, factor)
+    found = Band(parameter, low / FACTORS[unit], high / FACTORS[unit], unit)
+    for value in (found.low, found.high):
+        _check_value(system, parameter, value)
+    return found
 
 
 def is_frequency(system: System, parameter: str) -> bool:

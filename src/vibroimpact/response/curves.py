@@ -14,14 +14,13 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats, Integers
-from vibroimpact.branches.branch import Branch
-from vibroimpact.branches.profile import Stability, profile
+from vibroimpact.branches.branch import Branch, BranchProfile, Stability, profile
 from vibroimpact.measures.linear import FreeMotion, free_motion
 from vibroimpact.measures.measure import Measure
 from vibroimpact.measures.motions import Motion
@@ -213,28 +212,59 @@ def curve_of_branch(branch: Branch, measure: Measure) -> ResponseCurve:
         )
     )
 
-    def near(k: int, value: float) -> Orbit | None:
+    return ResponseCurve(
+        branch.symbol, name, points.parameter, values, slopes, points.stability, marks, branch,
+        measure, OnBranch(points, branch),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class OnBranch:
+    """Orbits of a branch near a stretch of it."""
+
+    points: BranchProfile
+    branch: Branch
+
+    def __call__(self, stretch: int, value: float, /) -> Orbit | None:
+        """The orbit at a value of the parameter, None where it is not found."""
+        points, family, k = self.points, self.branch.family, stretch
         step = points.parameter[k + 1] - points.parameter[k]
         share = (value - points.parameter[k]) / step if step else 0.0
         z = points.z[k] + share * (points.z[k + 1] - points.z[k])
-        system = with_parameter(family.system, name, value)
+        system = with_parameter(family.system, self.branch.parameter, value)
         found = solve(system, family.signature, Guess(*family.unpacked(z)))
         return found if found.converged else None
 
-    return ResponseCurve(
-        branch.symbol, name, points.parameter, values, slopes, points.stability, marks, branch,
-        measure, near,
-    )  # fmt: skip
+
+@dataclass(frozen=True)
+class WithoutImpacts:
+    """Motions without impacts at values of a parameter."""
+
+    system: System
+    parameter: str
+
+    def __call__(self, _: int, value: float, /) -> FreeMotion | None:
+        """The motion at a value; None where there is none."""
+        found = self.motion(value)
+        return None if isinstance(found, str) else found
+
+    def motion(self, value: float) -> FreeMotion | str:
+        """The motion, or why there is none; kept."""
+        if value not in self._kept:
+            self._kept[value] = free_motion(with_parameter(self.system, self.parameter, value))
+        return self._kept[value]
+
+    @cached_property
+    def _kept(self) -> dict[float, FreeMotion | str]:
+        return {}
 
 
 def curve_without_impacts(
     system: System, name: str, values: Floats, measure: Measure
 ) -> ResponseCurve | str:
     """Measure the motion without impacts at values of the parameter and where it grazes."""
-
-    @cache
-    def motion(value: float) -> FreeMotion | str:
-        return free_motion(with_parameter(system, name, value))
+    free = WithoutImpacts(system, name)
+    motion = free.motion
 
     def gap(value: float) -> float:
         found = motion(value)
@@ -263,13 +293,9 @@ def curve_without_impacts(
         for i, t in enumerate(touches)
     )
 
-    def near(_: int, value: float) -> FreeMotion | None:
-        found = motion(value)
-        return None if isinstance(found, str) else found
-
     return ResponseCurve(
         first.symbol, name, p, y, slopes,
-        np.where(open_, kinds, Stability.INADMISSIBLE).astype(np.int64), marks, None, measure, near,
+        np.where(open_, kinds, Stability.INADMISSIBLE).astype(np.int64), marks, None, measure, free,
     )  # fmt: skip
 
 

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
     nonnegative,
@@ -30,7 +31,6 @@ from vibroimpact._core.checks import (
     real,
     refusal,
 )
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
@@ -63,23 +63,24 @@ from vibroimpact.response.curves import (
     curve_without_impacts,
     likeness,
 )
+from vibroimpact.results.result import Result, plotting
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 NAMED = 8  # motions that a list names
 SAMPLED = 9  # machines of the band that tell the size of random speeds
+END = -1  # kind at the last point of a curve, from which no stretch begins
 TOUCH = 1e-6  # of the band: touches at one value
 TRIED = 3  # simulated motions of a kind from which an orbit is looked for
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(Result):
     """Steady motions of a machine over a band, measured.
 
     Attributes
@@ -87,7 +88,7 @@ class Response:
     system
         The machine.
     band
-        :class:`Band`: parameter, range in the system's own units, unit of the user.
+        :class:`Band`: parameter, range, unit of the user.
     measure
         What is measured.
     curves
@@ -173,7 +174,8 @@ class Response:
         InvalidParameterError
             A value outside the band.
         """
-        own = self.band.own(positive("value", value) if self.band.unit else real("value", value))
+        own = positive("value", value) if self.band.unit else real("value", value)
+        own /= self.band.factor
         low, high = self.band.low, self.band.high
         slack = 1e-12 * (high - low)
         if not low - slack <= own <= high + slack:
@@ -191,14 +193,10 @@ class Response:
 
     @cached_property
     def shown(self) -> Shown:
-        """Factors to the units in which numbers are printed and drawn."""
+        """Units in which answers are printed."""
         units = units_of(self.system)
-        across = units.quantity_of(self.parameter)
-        factor, unit = units.factor(across), units.unit(across)
-        if self.band.unit:
-            factor, unit = self.band.factor, self.band.unit
-        quantity = self.measure.dimension
-        return Shown(factor, unit, units.factor(quantity), units.unit(quantity))
+        across = self.band.unit or units.unit(units.quantity_of(self.parameter))
+        return Shown(units.unit(self.measure.dimension), across, self.band.factor)
 
     def _shown(self, answer: Answer) -> Answer:
         return replace(answer, shown=self.shown)
@@ -211,13 +209,8 @@ class Response:
         rms, peak = (measure.of_orbit(answer.orbit) for measure in others)
         return replace(answer, rms=rms, peak=peak)
 
-    def to_dataset(self, *, si: bool = False) -> xr.Dataset:
+    def to_dataset(self) -> xr.Dataset:
         """Convert to a dataset: points of all curves, and simulated answers.
-
-        Parameters
-        ----------
-        si
-            In SI units, where the machine has physical scales; by default in its own.
 
         Returns
         -------
@@ -227,18 +220,71 @@ class Response:
             parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
             ``units`` where they are SI.
         """
-        data: xr.Dataset = deferred("response.response_data", "dataset_of")(self, si=si)
-        return data
+        import xarray as xr
 
-    def plot(
-        self, *, ax: Axes | None = None, decibel: bool = False,
-        compare: tuple[str, ...] = (), marks: bool = True,
-    ) -> Axes:  # fmt: skip
-        """Draw the response; see :func:`vibroimpact.plotting.plot_response`."""
-        axes: Axes = deferred("plotting.response", "plot_response")(
-            self, ax=ax, decibel=decibel, compare=compare, marks=marks
-        )
-        return axes
+        units = units_of(self.system)
+        across = units.quantity_of(self.parameter)
+
+        def attrs(text: str, of: str) -> dict[str, str]:
+            return {"long_name": text} | ({"quantity": of} if of else {}) | units.attrs(of)
+
+        name = self.parameter
+        curves = self.curves
+        kinds = [np.append(curve.stability, END) for curve in curves]
+        answers = [answer for many in self.answers for answer in many]
+        off = {id(answer) for answer in self.unexplained}
+        measures = self.simulation.measures  # the others are those of its row
+        names = ("value", "rms", "peak")[: len(measures)]
+        measured = {
+            kind: attrs(one.label, one.dimension) for kind, one in zip(names, measures, strict=True)
+        }
+
+        def joined(parts: list[Floats]) -> Floats:
+            return np.concatenate(parts) if parts else np.empty(0)
+
+        return xr.Dataset(
+            {
+                "curve": ("point", np.repeat(np.arange(len(curves)), [len(c.value) for c in curves])),
+                f"{name}_of_point": (
+                    "point", joined([c.parameter for c in curves]), attrs(name, across),
+                ),
+                "value_of_point": ("point", joined([c.value for c in curves]), measured["value"]),
+                "derivative": (
+                    "point", joined([c.derivative for c in curves]),
+                    {"long_name": f"derivative of {self.measure.label} by {name}"},
+                ),
+                "kind": (
+                    "point", np.concatenate(kinds).astype(np.int8) if kinds else np.empty(0, np.int8),
+                    {
+                        "long_name": "kind of the stretch to the next point",
+                        "flag_values": np.array([END, 0, 1, 2], dtype=np.int8),
+                        "flag_meanings": "end_of_curve stable unstable not_admissible",
+                    },
+                ),
+                "symbol": ("branch", np.array([c.symbol for c in curves], dtype=object)),
+                f"{name}_of_answer": (
+                    "answer", np.array([a.parameter for a in answers]), attrs(name, across),
+                ),
+                **{
+                    f"{kind}_of_answer": (
+                        "answer", np.array([getattr(a, kind) for a in answers]), known,
+                    )
+                    for kind, known in measured.items()
+                },
+                "motion": ("answer", np.array([a.motion for a in answers], dtype=object)),
+                "members": ("answer", np.array([a.members for a in answers], dtype=np.int32)),
+                "on_curve": ("answer", np.array([id(a) not in off for a in answers], dtype=bool)),
+            },
+            attrs={
+                "system": repr(self.system),
+                "parameter": name,
+                "band": [self.band.low, self.band.high],
+                "measure": self.measure.label,
+                "settle_periods": self.simulation.settle_periods,
+                "periods": self.simulation.periods,
+                "version": _kernel.version(),
+            },
+        )  # fmt: skip
 
     def report(
         self, path: str | PathLike[str], *, title: str = "", compare: tuple[str, ...] = (),
@@ -265,12 +311,10 @@ class Response:
             Another suffix, no such folder; no stable motion was found; a linear machine that does
             not exist, as for :meth:`plot`.
         """
-        deferred("plotting.report", "write_report")(
-            self, path, title=title, compare=compare, decibel=decibel
-        )
+        plotting("report").write_report(self, path, title=title, compare=compare, decibel=decibel)
 
     def __repr__(self) -> str:
-        across, unit = self.shown[:2]
+        unit, across = self.shown[1:]
         low, high = (end * across for end in (self.band.low, self.band.high))
         what = f"{self.measure.label} over {self.parameter}"
         lines = [f"Response: {what} {low:.6g} to {high:.6g} {unit}".rstrip()]
@@ -345,8 +389,8 @@ def frequency_response(
         A measure or its name, such as "x1" (amplitude), "rms v1", "transmissibility x1", "power":
         see :func:`~vibroimpact.measure_of`.
     unit
-        "Hz" or "rad/s" if the band is in these; by default it is in the unit of the parameter, scaled
-        for a machine made by ``from_physical``.
+        "Hz" if the band is in hertz and the parameter is the forcing frequency in radians per second;
+        by default the band is in the unit of the parameter.
     number
         Values of the parameter that are simulated, evenly spaced, >= 2.
     starts
@@ -462,7 +506,7 @@ class _Search:
 
     @property
     def bounds(self) -> tuple[float, float]:
-        """The band in the system's own units."""
+        """The band in the unit of the parameter."""
         return self.band.low, self.band.high
 
     def without_impacts(self, values: Floats) -> None:

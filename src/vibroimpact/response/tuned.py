@@ -27,6 +27,7 @@ from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, nonnegative, numbers, positive, refusal
 from vibroimpact._core.types import Floats
+from vibroimpact.results.result import Result
 
 HEAVIEST = 1e6  # mass ratio, and damping ratio of the machine: polynomials of degree 8 of these
 
@@ -34,7 +35,7 @@ REAL = 1e-6  # relative: imaginary part of a double root
 
 
 @dataclass(frozen=True)
-class TunedDamper:
+class TunedDamper(Result):
     """Tuned mass damper on a machine, all in terms of the machine's own frequency and stiffness.
 
     Parameters

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_choice,
     check_count,
@@ -27,10 +26,11 @@ from vibroimpact.compile.sliding import GivenSystem
 from vibroimpact.compile.units import units_of
 from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.phases import phases_at
+from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.simulate import RunEnd, Status, flights_at, rounded_times
 
 if TYPE_CHECKING:
-    import xarray as xr
+    pass
 
 KEPT = (
     "high",
@@ -45,7 +45,7 @@ KEPT = (
 
 
 @dataclass(frozen=True)
-class HybridRun:
+class HybridRun(Result):
     """A simulated motion of a :class:`HybridSystem`; arrays are read-only.
 
     Attributes
@@ -71,13 +71,13 @@ class HybridRun:
     """
 
     system: HybridSystem
-    start: Floats
-    time: Floats
-    status: Codes
-    guard: tuple[str, ...]
-    modes: tuple[str, ...]
-    before: Floats
-    after: Floats
+    start: Floats = field(metadata=along("state"))
+    time: Floats = field(metadata=along("event"))
+    status: Codes = field(metadata=along("event"))
+    guard: tuple[str, ...] = field(metadata=along("event"))
+    modes: tuple[str, ...] = field(metadata=along("flight"))
+    before: Floats = field(metadata=along("event", "state"))
+    after: Floats = field(metadata=along("event", "state"))
     end: RunEnd
     reason: str
     _given: GivenSystem = field(repr=False)
@@ -116,26 +116,6 @@ class HybridRun:
         flights = flights._replace(begin=flights.begin / unit, low=flights.low / unit)
         rows = flights.at(np.ravel(times) / unit, self._given.kernel)
         return _states(rows, self.system.states).reshape(*times.shape, self.system.states)
-
-    def to_dataset(self) -> xr.Dataset:
-        """The record as an xarray dataset."""
-        import xarray as xr
-
-        both = ("event", "state")
-        return xr.Dataset(
-            {
-                "time": ("event", self.time),
-                "status": ("event", self.status),
-                "guard": ("event", np.array(self.guard, dtype=str)),
-                "mode": ("event", np.array(self.modes[1:], dtype=str)),
-                "before": (both, self.before),
-                "after": (both, self.after),
-            },
-            attrs={
-                "system": repr(self.system), "end": self.end.name, "end_reason": self.reason,
-                "mode_at_start": self.modes[0], "version": _kernel.version(),
-            },
-        )  # fmt: skip
 
 
 def simulate_hybrid(

@@ -35,6 +35,7 @@ from vibroimpact._core.progress import announce_measured
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
+from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.simulate import GOES_ON, RunEnd, events_for, flight_limit_of
 from vibroimpact.simulation.simulator import Simulator
 
@@ -51,7 +52,7 @@ ROUNDING = 2.0**-48  # of a growth: some ulp for every product
 
 
 @dataclass(frozen=True)
-class LyapunovEstimate:
+class LyapunovEstimate(Result):
     """Largest Lyapunov exponent of a motion, without the neutral direction of time.
 
     Attributes
@@ -72,8 +73,8 @@ class LyapunovEstimate:
     value: float
     error: float
     per_impact: float
-    growth: Floats = field(repr=False)
-    duration: Floats = field(repr=False)
+    growth: Floats = field(metadata=along("block"), repr=False)
+    duration: Floats = field(metadata=along("block"), repr=False)
     run_end: RunEnd
     earlier: tuple[LyapunovEstimate, ...] = field(default=(), repr=False)
 

@@ -43,6 +43,7 @@ from vibroimpact.model.mechanism import Mechanism, needs_elements
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.derivatives import map_derivative
 from vibroimpact.simulation.lyapunov import (
     ALIGNING,
@@ -79,7 +80,7 @@ NEVER_FREE = (
 
 
 @dataclass(frozen=True, repr=False)
-class LyapunovSpectrum:
+class LyapunovSpectrum(Result):
     """All Lyapunov exponents of a motion, without the neutral direction of time.
 
     Attributes
@@ -107,14 +108,14 @@ class LyapunovSpectrum:
         Why there are none, "" where there are.
     """
 
-    values: Floats
-    errors: Floats
-    per_impact: Floats
+    values: Floats = field(metadata=along("exponent"))
+    errors: Floats = field(metadata=along("exponent"))
+    per_impact: Floats = field(metadata=along("exponent"))
     contraction: float
     flow: float
-    growth: Floats = field(repr=False)
-    duration: Floats = field(repr=False)
-    impacts: Floats = field(repr=False)
+    growth: Floats = field(metadata=along("block", "exponent"), repr=False)
+    duration: Floats = field(metadata=along("block"), repr=False)
+    impacts: Floats = field(metadata=along("block"), repr=False)
     discarded: float
     run_end: RunEnd
     complete: bool = field(repr=False)

@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact import _kernel
 from vibroimpact._core.checks import check_count, check_memory
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations, translations_of
+from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop, place_in
 from vibroimpact.simulation.simulate import (
     GOES_ON,
@@ -37,7 +36,6 @@ from vibroimpact.simulation.simulator import CHUNK, Impacts, Simulator, joined
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 
 # Beyond this many events per requested section point, on average, the place counts as not reached:
@@ -47,7 +45,7 @@ LEAST_POSITION = 2.0**-20  # of a velocity times a time
 
 
 @dataclass(frozen=True, repr=False)
-class Section:
+class Section(Result):
     """Points of a motion on a section, read-only.
 
     Attributes
@@ -74,14 +72,14 @@ class Section:
 
     system: System
     at: At
-    position: Floats
-    velocity: Floats
-    phase: Floats
-    time: Floats
+    position: Floats = field(metadata=along("point", "coordinate"))
+    velocity: Floats = field(metadata=along("point", "coordinate"))
+    phase: Floats = field(metadata=along("point"))
+    time: Floats = field(metadata=along("point"))
     end: RunEnd
     last: State = field(repr=False)
-    status: Codes | None = None
-    state: Codes | None = None
+    status: Codes | None = field(default=None, metadata=along("point"))
+    state: Codes | None = field(default=None, metadata=along("point"))
 
     def __len__(self) -> int:
         return int(self.phase.size)
@@ -125,33 +123,9 @@ class Section:
         """Positions, velocities and the point (cos phase, sin phase), shape (n_point, 2 n + 2)."""
         return coordinates(self.position, self.velocity, self.phase)
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the section; see :func:`vibroimpact.plotting.sections.plot_section`."""
-        axes: Axes = deferred("plotting.sections", "plot_section")(self, ax=ax)
-        return axes
-
     def to_dataset(self) -> xr.Dataset:
-        """Return the section as an xarray dataset; attributes describe system, place and end."""
-        import xarray as xr
-
-        both = ("point", "coordinate")
-        codes = {"status": self.status, "state": self.state}
-        return xr.Dataset(
-            {
-                "position": (both, self.position),
-                "velocity": (both, self.velocity),
-                "phase": ("point", self.phase),
-                "time": ("point", self.time),
-                **{name: ("point", of) for name, of in codes.items() if of is not None},
-            },
-            attrs={
-                "system": repr(self.system),
-                "at": self.at.words(mechanism_of(self.system)),
-                "end": self.end.name,
-                "end_reason": self.end.sentence,
-                "version": _kernel.version(),
-            },
-        )
+        """Convert the section to an xarray dataset; attributes describe system, place and end."""
+        return super().to_dataset().assign_attrs(at=self.at.words(mechanism_of(self.system)))
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from vibroimpact.model.mechanism import (
 from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.result import Result, along
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,7 +123,7 @@ _SENTENCES = {
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(Result):
     """A simulated motion: arrays with one entry per event, read-only.
 
     Attributes
@@ -152,18 +153,18 @@ class Run:
 
     system: System
     start: State
-    time: Floats
-    status: Codes
-    contact: Codes
-    side: Codes
-    position: Floats
-    velocity_before: Floats
-    velocity_after: Floats
-    phase: Floats
-    rate_before: Floats
-    rate_after: Floats
+    time: Floats = field(metadata=along("event"))
+    status: Codes = field(metadata=along("event"))
+    contact: Codes = field(metadata=along("event"))
+    side: Codes = field(metadata=along("event"))
+    position: Floats = field(metadata=along("event", "coordinate"))
+    velocity_before: Floats = field(metadata=along("event", "coordinate"))
+    velocity_after: Floats = field(metadata=along("event", "coordinate"))
+    phase: Floats = field(metadata=along("event"))
+    rate_before: Floats = field(metadata=along("event"))
+    rate_after: Floats = field(metadata=along("event"))
     end: RunEnd
-    limit_side: Codes = field(repr=False)
+    limit_side: Codes = field(metadata=along("event"), repr=False)
     _compiled: Compiled = field(repr=False)
     _y: Floats = field(repr=False)
     _mode: Codes = field(repr=False)
@@ -298,41 +299,17 @@ class Run:
         return both[:, :n].reshape(shape), both[:, n:].reshape(shape)
 
     def to_dataset(self) -> xr.Dataset:
-        """The record as an xarray dataset, with attributes from which the run can be repeated."""
-        import xarray as xr
-
+        """Convert the record to an xarray dataset, with the states of all contacts and elements."""
         m = self._compiled.mechanism
         kinds = dict.fromkeys(e.State for e in m.elements)
-        event = ("event",)
-        both = ("event", "coordinate")
-        return xr.Dataset(
-            {
-                "time": (event, self.time),
-                "status": (event, self.status),
-                "contact": (event, self.contact),
-                "side": (event, self.side),
-                "phase": (event, self.phase),
-                "rate_before": (event, self.rate_before),
-                "rate_after": (event, self.rate_after),
-                "position": (both, self.position),
-                "velocity_before": (both, self.velocity_before),
-                "velocity_after": (both, self.velocity_after),
-                "state": (("event", "element"), self.states),
-            },
-            coords={"element": element_labels(m)},
-            attrs={
-                "system": repr(self.system),
-                "start": repr(self.start),
-                "impact_law": self.impact_law,
-                "end": self.end.name,
-                "end_reason": self.end.sentence,
-                "status_meaning": ", ".join(f"{s.value} {s.name}" for s in Status),
-                "state_meaning": "; ".join(
-                    f"{kind.__name__}: {', '.join(f'{s.value} {s.name}' for s in kind)}"
-                    for kind in kinds
-                ),
-                "version": _kernel.version(),
-            },
+        data = super().to_dataset().assign(state=(("event", "element"), self.states))
+        return data.assign_coords(element=element_labels(m)).assign_attrs(
+            impact_law=self.impact_law,
+            status_meaning=", ".join(f"{s.value} {s.name}" for s in Status),
+            state_meaning="; ".join(
+                f"{kind.__name__}: {', '.join(f'{s.value} {s.name}' for s in kind)}"
+                for kind in kinds
+            ),
         )
 
 

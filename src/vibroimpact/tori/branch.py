@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.continuation.curve import End
+from vibroimpact.results.result import Result, rows
 from vibroimpact.tori.circle import Circle
 from vibroimpact.tori.normal import Bundle
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 MEANINGS = {
     "SN": "fold: two circles meet",
@@ -65,7 +64,7 @@ class CircleEvent:
 
 
 @dataclass(frozen=True, eq=False)
-class CircleBranch:
+class CircleBranch(Result):
     """Family of invariant circles with one signature along a parameter.
 
     Attributes
@@ -87,7 +86,7 @@ class CircleBranch:
     parameter: str
     bounds: tuple[float, float]
     circles: tuple[Circle, ...] = field(repr=False)
-    special_points: tuple[CircleEvent, ...]
+    special_points: tuple[CircleEvent, ...] = field(metadata=rows("special"))
     ends: tuple[End, End]
     start: int
 
@@ -122,39 +121,19 @@ class CircleBranch:
         """Whether each circle attracts and is admissible, shape (n,)."""
         return np.array([circle.stable for circle in self.circles])
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw rotation numbers; see :func:`vibroimpact.plotting.plot_circle_branch`."""
-        axes: Axes = deferred("plotting.tori", "plot_circle_branch")(self, ax=ax)
-        return axes
-
     def to_dataset(self) -> xr.Dataset:
-        """Return the numbers along the family as an xarray dataset, dims ``point``, ``normal``."""
-        import xarray as xr
-
-        each = self.circles
-        return xr.Dataset(
-            {
-                "value": ("point", self.values),
-                "rotation_number": ("point", self.rotation_numbers),
-                "residual": ("point", [c.residual for c in each]),
-                "nodes": ("point", [c.nodes for c in each]),
-                "radius": ("point", [c.radius for c in each]),
-                "normal_exponent": (("point", "normal"), self.normal_exponents),
-                "decay": ("point", [c.decay for c in each]),
-                "roughness": ("point", [c.roughness for c in each]),
-                "least_angle": ("point", [c.least_angle for c in each]),
-                "clearance": ("point", self.clearance),
-                "stable": ("point", self.stable.astype(np.int8)),
-                "special_label": ("special", [p.label for p in self.special_points]),
-                "special_value": ("special", [p.parameter for p in self.special_points]),
-            },
-            attrs={
-                "parameter": self.parameter,
-                "subject": repr(each[0].subject),
-                "signature": repr(each[0].signature),
-                "end_before": str(self.ends[0]),
-                "end_after": str(self.ends[1]),
-            },
+        """Convert the numbers along the family to an xarray dataset, with the special points."""
+        of_each = ("residual", "nodes", "radius", "decay", "roughness", "least_angle")
+        each = {name: ("point", [getattr(c, name) for c in self.circles]) for name in of_each}
+        of_all = ("values", "rotation_numbers", "clearance", "stable")
+        return (
+            super()
+            .to_dataset()
+            .assign({name: ("point", getattr(self, name)) for name in of_all} | each)
+            .assign(normal_exponents=(("point", "normal"), self.normal_exponents))
+            .assign_attrs(
+                subject=repr(self.circles[0].subject), signature=repr(self.circles[0].signature)
+            )
         )
 
     def __repr__(self) -> str:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import numbers
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.prescribed import GAP
@@ -21,6 +20,7 @@ from vibroimpact.model.system import System
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.admissibility import PLAY, Nearest, amplitudes, least_gaps
 from vibroimpact.orbits.problem import Signature
+from vibroimpact.results.result import Result, along
 from vibroimpact.tori.fourier import (
     at_phases,
     coefficients,
@@ -43,7 +43,6 @@ from vibroimpact.tori.solve import FOUND, Trial, matrix_of, radius
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 FINEST = 129  # phases at which the gaps are taken at least
 ZOOMS, ZOOM = 8, 9  # around the least gap: points per zoom; each zoom is by a factor of four
@@ -61,7 +60,7 @@ class Approach(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Circle:
+class Circle(Result):
     """Invariant circle of a map: a closed curve u with F(u(phi)) = u(phi + rho), phi in turns.
 
     F is the half map H of a symmetric signature, the full map P of another, or a formula. One that
@@ -97,8 +96,8 @@ class Circle:
     signature: Signature | None
     parameter: str
     value: float
-    points: Floats = field(repr=False)
-    times: Floats = field(repr=False)
+    points: Floats = field(metadata=along("phi", "coordinate"), repr=False)
+    times: Floats = field(metadata=along("phi", "flight"), repr=False)
     rotation_number: float
     residual: float
     status: str
@@ -321,34 +320,18 @@ class Circle:
 
     # ---- results ----------------------------------------------------------------------------------
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the circle; see :func:`vibroimpact.plotting.plot_invariant_circle`."""
-        axes: Axes = deferred("plotting.tori", "plot_invariant_circle")(self, ax=ax)
-        return axes
-
     def to_dataset(self) -> xr.Dataset:
-        """Return the circle as an xarray dataset: dims ``phi``, ``coordinate``, ``normal``."""
-        import xarray as xr
-
-        return xr.Dataset(
-            {
-                "points": (("phi", "coordinate"), self.points),
-                "times": (("phi", "flight"), self.times),
-                "normal_exponent": ("normal", self.normal_exponents),
-                "bundle": ("normal", [str(kind) for kind in self.bundles]),
-            },
-            coords={"phi": phases(self.nodes)},
-            attrs={
-                "subject": repr(self.subject),
-                "signature": repr(self.signature),
-                "parameter": self.parameter,
-                "value": self.value,
-                "rotation_number": self.rotation_number,
-                "residual": self.residual,
-                "status": self.status,
-                "clearance": self.clearance_to_grazing,
-                "inadmissible_reason": self.inadmissible_reason,
-            },
+        """Convert the circle to an xarray dataset, with what is normal to it and whether it is admissible."""
+        data = (
+            super()
+            .to_dataset()
+            .assign(
+                normal_exponent=("normal", self.normal_exponents),
+                bundle=("normal", [str(kind) for kind in self.bundles]),
+            )
+        )
+        return data.assign_coords(phi=phases(self.nodes)).assign_attrs(
+            clearance=self.clearance_to_grazing, inadmissible_reason=self.inadmissible_reason
         )
 
     def __repr__(self) -> str:

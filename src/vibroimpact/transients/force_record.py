@@ -9,7 +9,7 @@ import csv
 import math
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -25,15 +25,12 @@ from vibroimpact._core.checks import (
     shown,
     vector,
 )
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.measure import Peak, Row
+from vibroimpact.results.result import Result, along
 
 if TYPE_CHECKING:
-    import xarray as xr
-    from matplotlib.axes import Axes
-
     from vibroimpact.model.mechanism import Mechanism
 
 Kind = Literal["force", "base"]
@@ -54,7 +51,7 @@ class Pieces(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ForceRecord:
+class ForceRecord(Result):
     """A force, or the acceleration of a base, as samples over time, linear in between.
 
     Parameters
@@ -85,8 +82,7 @@ class ForceRecord:
 
     Notes
     -----
-    Units are those of the machine that it drives: seconds, and newtons or metres per second
-    squared, where that has ``scales`` (made by ``from_physical``), otherwise those of the system.
+    Units are those of the machine that it drives.
 
     Examples
     --------
@@ -96,8 +92,8 @@ class ForceRecord:
     (1.0, 2.0, 1.0)
     """
 
-    time: Floats
-    values: Floats
+    time: Floats = field(metadata=along("time"))
+    values: Floats = field(metadata=along("time"))
     row: Row | None = None
     kind: Kind = "force"
 
@@ -244,21 +240,6 @@ class ForceRecord:
             begin, length = np.append(begin, t[-1]), np.append(length, after)
             value, slope = np.append(value, 0.0), np.append(slope, 0.0)
         return Pieces(begin, value, slope, length)
-
-    def to_dataset(self) -> xr.Dataset:
-        """The samples as an xarray dataset."""
-        import xarray as xr
-
-        return xr.Dataset(
-            {"values": ("time", self.values)},
-            coords={"time": self.time},
-            attrs={"kind": self.kind, "row": "" if self.row is None else str(self.row)},
-        )
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the values over time."""
-        axes: Axes = deferred("plotting.transients", "plot_record")(self, ax=ax)
-        return axes
 
 
 def _samples(name: str, value: ArrayLike) -> Floats:

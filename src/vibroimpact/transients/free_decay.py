@@ -23,10 +23,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_kind, positive, real, refusal, share, shown
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
-from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
@@ -35,12 +33,12 @@ from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.result import Result
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 from vibroimpact.transients.driven import linear, unforced
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 NAME = re.compile(r"([xv])([1-9]\d*)")
 MANY_IMPACTS = 2**40
@@ -56,11 +54,8 @@ GROWS = (
 
 
 @dataclass(frozen=True, eq=False)
-class FreeDecay:
+class FreeDecay(Result):
     """Free decay of a machine with impacts, and without.
-
-    Times and values are in SI units where the system has ``scales``, otherwise in those of the
-    system.
 
     Attributes
     ----------
@@ -73,7 +68,7 @@ class FreeDecay:
     rest
         Value of the row at rest.
     run
-        The motion with impacts, in the units of the system.
+        The motion with impacts.
     """
 
     system: System
@@ -83,13 +78,7 @@ class FreeDecay:
     run: Run = field(repr=False)
     _signal: Signal = field(repr=False)
     _without: Signal | None = field(repr=False)
-    _unit: str = field(repr=False)
     _cycle: float = field(repr=False)
-
-    @property
-    def scales(self) -> Scales:
-        """Units of the system; ones where it has none."""
-        return scales_or_ones(self.system)
 
     @property
     def end(self) -> RunEnd:
@@ -99,15 +88,11 @@ class FreeDecay:
     @property
     def duration(self) -> float:
         """Time that was simulated."""
-        return float(self._signal.flights.durations.sum()) * self.scales.time
-
-    @property
-    def reference(self) -> float:
-        """Largest distance of the row from rest: without impacts, if there is such a motion to compare."""
-        return self._reference * self.scales.factor(self._unit)
+        return float(self._signal.flights.durations.sum())
 
     @cached_property
-    def _reference(self) -> float:
+    def reference(self) -> float:
+        """Largest distance of the row from rest: without impacts, if there is such a motion to compare."""
         return largest_modulus(self._without or self._signal)
 
     @cached_property
@@ -125,9 +110,9 @@ class FreeDecay:
         return math.nan if self._without is None else self._fall(self._without)
 
     def _fall(self, signal: Signal) -> float:
-        last = last_beyond(signal, self.to * self._reference)
+        last = last_beyond(signal, self.to * self.reference)
         fallen = last <= float(signal.flights.durations.sum()) - self._cycle
-        return last * self.scales.time if fallen else math.inf
+        return last if fallen else math.inf
 
     @property
     def impacts(self) -> int:
@@ -138,7 +123,7 @@ class FreeDecay:
     def last_impact(self) -> float:
         """Time of the last impact; NaN without any."""
         hit = self.run.time[self.run.impacts]
-        return float(hit[-1]) * self.scales.time if hit.size else math.nan
+        return float(hit[-1]) if hit.size else math.nan
 
     @property
     def resting(self) -> tuple[int, ...]:
@@ -149,31 +134,26 @@ class FreeDecay:
     @cached_property
     def envelope(self) -> Extrema:
         """Times and values of the local extrema of the row, less its value at rest."""
-        return self._extrema(self._signal)
+        return extrema(self._signal)
 
     @cached_property
     def envelope_without(self) -> Extrema | None:
         """The same of the machine without impacts."""
-        return None if self._without is None else self._extrema(self._without)
-
-    def _extrema(self, signal: Signal) -> Extrema:
-        found, scales = extrema(signal), self.scales
-        return Extrema(found.time * scales.time, scales.factor(self._unit) * found.value)
+        return None if self._without is None else extrema(self._without)
 
     @cached_property
     def energies(self) -> Energies:
         """Energy at the start and at the end, and what dashpots, contacts and elements have taken."""
         m = mechanism_of(self.run.system)
-        return energies_of(self.run, self._signal.flights, m).scaled(self.scales.factor("energy"))
+        return energies_of(self.run, self._signal.flights, m)
 
     def histories(self, count: int = 4000) -> tuple[Floats, Floats, Floats | None]:
         """Times, the row less its value at rest, and the same of the machine without impacts."""
         check_count("count", count, 2, MOST_SAMPLES)
         span = float(self._signal.flights.durations.sum())
         t = np.linspace(0.0, span, count)
-        unit = self.scales.factor(self._unit)
-        without = None if self._without is None else unit * self._without.at(t)
-        return t * self.scales.time, unit * self._signal.at(t), without
+        without = None if self._without is None else self._without.at(t)
+        return t, self._signal.at(t), without
 
     def __repr__(self) -> str:
         percent = f"{100.0 * self.to:g} %"
@@ -195,13 +175,13 @@ class FreeDecay:
 
         t, with_impacts, without = self.histories(count)
         energies, m = self.energies, mechanism_of(self.run.system)
-        hit, scales = self.run.impacts, self.scales
+        hit = self.run.impacts
         variables = {
             "row": ("time", with_impacts),
             "extremum_time": ("extremum", self.envelope.time),
             "extremum": ("extremum", self.envelope.value),
-            "impact_time": ("impact", self.run.time[hit] * scales.time),
-            "impact_speed": ("impact", -self.run.rate_before[hit] * scales.velocity),
+            "impact_time": ("impact", self.run.time[hit]),
+            "impact_speed": ("impact", -self.run.rate_before[hit]),
             "time_to_fall": self.time,
             "time_to_fall_without": self.time_without,
             "reference": self.reference,
@@ -222,14 +202,8 @@ class FreeDecay:
             attrs={
                 "system": repr(self.system), "start": repr(self.run.start), "of": self.row,
                 "to": self.to, "end": self.end.name, "end_reason": self.end.sentence,
-                "units": "SI" if scales_of(self.system) else "of the system",
             },
         )  # fmt: skip
-
-    def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw the row with and without impacts, and when each has fallen."""
-        axes: Axes = deferred("plotting.transients", "plot_free_decay")(self, ax=ax)
-        return axes
 
 
 def free_decay(
@@ -249,8 +223,7 @@ def free_decay(
         A :class:`Mechanism`, or anything with a ``mechanism``. Its harmonic forces and phase switches
         do not act; a constant force does.
     start
-        A state, in units of the system; or coordinates and velocities by name, the others zero,
-        ``{"v1": 0.5}``: in SI units where the system has ``scales``.
+        A state; or coordinates and velocities by name, the others zero, ``{"v1": 0.5}``.
     row
         What has to decay: "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
     to
@@ -259,8 +232,8 @@ def free_decay(
         Value of the row at rest, from which it is measured; by default that of equilibrium, with the
         stops that are pressed at the end, friction left out.
     t_max
-        Length of the simulation, > 0, in seconds where the system has ``scales``; by default long
-        enough for the machine without impacts, at most 2 10^5 radians of its fastest rate.
+        Length of the simulation, > 0; by default long enough for the machine without impacts, at most
+        2 10^5 radians of its fastest rate.
 
     Returns
     -------
@@ -284,15 +257,13 @@ def free_decay(
     """
     part = share("to", to)
     m = unforced(mechanism_of(system))
-    scales = scales_or_ones(system)
-    state = _state(start, m.degrees, scales)
+    state = _state(start, m.degrees)
     measure = Peak(row)
     chosen, order = measure.coefficients(m), measure.derivatives
     plain = _without_impacts(m)
-    unit = scales.factor(measure.dimension)
-    given = None if rest is None else real("rest", rest) / unit
+    given = None if rest is None else real("rest", rest)
     wanted, cycle = _long_enough(plain or m, part)
-    span = wanted if t_max is None else positive("t_max", t_max) / scales.time
+    span = wanted if t_max is None else positive("t_max", t_max)
     check_span("t_max", t_max, rows_of(m), span)
     run = simulate(m, state, impacts=MANY_IMPACTS, t_max=span)
     covered = float(run.time[-1]) if len(run) else 0.0
@@ -308,27 +279,26 @@ def free_decay(
         its = _at_rest(plain, chosen, order) if given is None else given
         without = _row_of(_flown(plain, state, span), chosen, order, its)
     found = FreeDecay(
-        system, measure.text, part, level * unit, run, signal, without, measure.dimension, cycle,
+        system, measure.text, part, level, run, signal, without, cycle,
     )  # fmt: skip
-    if not found._reference > 0.0:
+    if not found.reference > 0.0:
         raise InvalidParameterError(
             f"start = {shown(start)}: must move {measure.text} away from rest. Give a position or a velocity."
         )
     return found
 
 
-def _state(start: State | Mapping[str, float], n: int, scales: Scales) -> State:
+def _state(start: State | Mapping[str, float], n: int) -> State:
     """The start as a state; coordinates and velocities by name."""
     check_kind("start", start, (State, Mapping), 'a State, or values by name such as {"v1": 0.5}')
     if isinstance(start, State):
         return start
     parts = {"x": [0.0] * n, "v": [0.0] * n}
-    units = {"x": scales.length, "v": scales.velocity}
     for name, value in start.items():
         found = NAME.fullmatch(str(name))
         if not found or int(found[2]) > n:
             raise refusal("start", name, f"x1 to x{n} and v1 to v{n}, such as {{'v1': 0.5}}")
-        parts[found[1]][int(found[2]) - 1] = real(f"start[{name!r}]", value) / units[found[1]]
+        parts[found[1]][int(found[2]) - 1] = real(f"start[{name!r}]", value)
     return State(tuple(parts["x"]), tuple(parts["v"]))
 
 

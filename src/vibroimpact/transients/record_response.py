@@ -20,11 +20,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_flag, check_kind, nonnegative, numbers, refusal
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
-from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Dual, Flights, rows_of
 from vibroimpact.measures.instants import check_span, largest_modulus
@@ -33,6 +31,7 @@ from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.result import Result
 from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
 from vibroimpact.transients.driven import driven, unforced
@@ -40,17 +39,13 @@ from vibroimpact.transients.force_record import ForceRecord
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 RECORD_ROOM = 1  # a coordinate of its own
 
 
 @dataclass(frozen=True, eq=False)
-class RecordResponse:
+class RecordResponse(Result):
     """Motion of a machine that a record drives.
-
-    Times, positions and all numbers are in SI units where the system has ``scales``, otherwise in
-    those of the system.
 
     Attributes
     ----------
@@ -60,8 +55,7 @@ class RecordResponse:
         :class:`RunEnd`, why the simulation ended: HORIZON at the end of the record.
     run
         The motion as a :class:`Run` of the machine with one coordinate more, the last, which is
-        the record on a scale of its own; in the units of the system, with an event HORIZON at every
-        corner of the record.
+        the record on a scale of its own, with an event HORIZON at every corner of the record.
     """
 
     system: System
@@ -80,11 +74,6 @@ class RecordResponse:
         )
 
     @property
-    def scales(self) -> Scales:
-        """Units of the system; ones where it has none."""
-        return scales_or_ones(self.system)
-
-    @property
     def end(self) -> RunEnd:
         """Why the simulation ended."""
         return self.run.end
@@ -97,10 +86,6 @@ class RecordResponse:
     @property
     def duration(self) -> float:
         """Time that was simulated."""
-        return self._span * self.scales.time
-
-    @property
-    def _span(self) -> float:
         return float(self.run.time[-1]) if len(self.run) else 0.0
 
     # ---- events ----------------------------------------------------------------------------------
@@ -122,7 +107,7 @@ class RecordResponse:
         return self._clock(self.run.time[self.run.impacts])
 
     def _clock(self, time: Floats) -> Floats:
-        clock: Floats = self.record.time[0] + time * self.scales.time
+        clock: Floats = self.record.time[0] + time
         return clock
 
     # ---- the motion ------------------------------------------------------------------------------
@@ -146,16 +131,16 @@ class RecordResponse:
             A time outside.
         """
         given = numbers("t", t, "times")
-        times = (given - self.record.time[0]) / self.scales.time
-        first, last = self.record.time[0], float(self._clock(np.array(self._span)))
+        times = given - self.record.time[0]
+        first, last = self.record.time[0], float(self._clock(np.array(self.duration)))
         room = 4.0 * np.spacing(max(abs(first), abs(last)))
         if np.any((given < first - room) | (given > last + room)):
             raise InvalidParameterError(
                 f"t = {given.min()} to {given.max()}: must be in [{first}, {last}], which was simulated."
             )
-        position, velocity = self.run.at(np.clip(times, 0.0, self._span))
-        n, s = self._m.degrees, self.scales
-        return position[..., :n] * s.length, velocity[..., :n] * s.velocity
+        position, velocity = self.run.at(np.clip(times, 0.0, self.duration))
+        n = self._m.degrees
+        return position[..., :n], velocity[..., :n]
 
     def row_at(self, row: Row, t: ArrayLike) -> Floats:
         """A row of positions or velocities at any times, as :meth:`at`.
@@ -175,7 +160,7 @@ class RecordResponse:
 
     @cached_property
     def _flights(self) -> Flights:
-        return flights_of_run(self.run, self._span)
+        return flights_of_run(self.run, self.duration)
 
     # ---- response quantities ---------------------------------------------------------------------
 
@@ -194,7 +179,7 @@ class RecordResponse:
         if not isinstance(row, str):  # the record has no part in it
             found = replace(found, row=(*row, 0.0))  # type: ignore[call-arg]
         found = measure_of(found, self.run.system)
-        return float(found._of(self._flights).value) * self.scales.factor(found.dimension)
+        return float(found._of(self._flights).value)
 
     def peak(self, row: Row = "x1") -> float:
         """Largest modulus of a row, such as "x1", "v1", "a1" or "x2 - x1", between impacts, too."""
@@ -202,7 +187,7 @@ class RecordResponse:
         chosen = np.append(measure.coefficients(self._m), 0.0)
         rows, order = self._flights.rows, measure.derivatives
         signal = self._flights.signal(lambda code: rows.moved(code, chosen, order))
-        return largest_modulus(signal) * self.scales.factor(measure.dimension)
+        return largest_modulus(signal)
 
     def rms(self, row: Row = "x1") -> float:
         """Root mean square of a row over the duration."""
@@ -231,7 +216,7 @@ class RecordResponse:
             base = self._flights.rows.moved(code, record * (carried / self._factor), 0)
             return Dual(moved.value + base.value, moved.by + base.by)
 
-        return largest_modulus(self._flights.signal(absolute)) * self.scales.factor("acceleration")
+        return largest_modulus(self._flights.signal(absolute))
 
     @cached_property
     def energies(self) -> Energies:
@@ -240,8 +225,7 @@ class RecordResponse:
         force = np.zeros(n + RECORD_ROOM)
         force[n] = 1.0 / self._factor
         along = np.append(self._row, 0.0)
-        found = energies_of(self.run, self._flights, self._m, [(force, along)])
-        return found.scaled(self.scales.factor("energy"))
+        return energies_of(self.run, self._flights, self._m, [(force, along)])
 
     @property
     def largest_impulse(self) -> float:
@@ -260,7 +244,7 @@ class RecordResponse:
         """
         import xarray as xr
 
-        last = float(self._clock(np.array(self._span)))
+        last = float(self._clock(np.array(self.duration)))
         if samples is None:
             known = self.record.time[self.record.time <= latest(last)]
             t = np.minimum(known, last)
@@ -269,7 +253,7 @@ class RecordResponse:
             if t.ndim != 1:
                 raise refusal("samples", samples, "times, shape (k,)")
         position, velocity = self.at(t)
-        n, hit, scales = self._m.degrees, self.run.impacts, self.scales
+        n, hit = self._m.degrees, self.run.impacts
         names = [f"x{i + 1}" for i in range(n)]
         energies, both = self.energies, ("time", "coordinate")
         return xr.Dataset(
@@ -280,7 +264,7 @@ class RecordResponse:
                 "impact_time": ("impact", self.impact_times),
                 "impact_contact": ("impact", self.run.contact[hit]),
                 "impact_side": ("impact", self.run.side[hit]),
-                "impact_speed": ("impact", -self.run.rate_before[hit] * scales.velocity),
+                "impact_speed": ("impact", -self.run.rate_before[hit]),
                 "peak": ("coordinate", [self.peak(name) for name in names]),
                 "rms": ("coordinate", [self.rms(name) for name in names]),
                 "energy_input": energies.input,
@@ -293,14 +277,8 @@ class RecordResponse:
             attrs={
                 "system": repr(self.system), "record": repr(self.record), "end": self.end.name,
                 "end_reason": self.end.sentence,
-                "units": "SI" if scales_of(self.system) else "of the system",
             },
         )  # fmt: skip
-
-    def plot(self, row: Row = "x1", *, ax: Axes | None = None) -> Axes:
-        """Draw a row over time with the record above it."""
-        axes: Axes = deferred("plotting.transients", "plot_record_response")(self, row, ax=ax)
-        return axes
 
 
 def simulate_record(
@@ -318,12 +296,12 @@ def simulate_record(
     system
         A :class:`Mechanism`, or anything with a ``mechanism``.
     record
-        The record. Its units are those of SI where the system has ``scales``.
+        The record.
     start
-        State at the first sample, in units of the system as everywhere; by default at rest with all
+        State at the first sample; by default at rest with all
         coordinates zero.
     after
-        How long to go on after the last sample, without force; in units of the record's time.
+        How long to go on after the last sample, without force.
     own_forces
         Whether the harmonic forces and phase switches of the machine act, too. Stops and belts
         move in any case.
@@ -365,14 +343,10 @@ def simulate_record(
             "the record takes one. Remove a coordinate."
         )
     m = whole if own_forces else unforced(whole)
-    scales = scales_or_ones(system)
     row = record.influence(m)
     pieces = record.pieces(nonnegative("after", after))
-    begin = (pieces.begin - record.time[0]) / scales.time
-    length = pieces.length / scales.time
-    unit = scales.factor("acceleration" if record.kind == "base" else "force")
-    value, slope = pieces.value / unit, pieces.slope / unit * scales.time
-    span = float(begin[-1] + length[-1])
+    begin = pieces.begin - record.time[0]
+    span = float(begin[-1] + pieces.length[-1])
     wider, factor = driven(m, row, 1.0 / span)
     check_span("after", after, rows_of(wider), span)
     if start is None:
@@ -382,6 +356,6 @@ def simulate_record(
         raise InvalidParameterError(
             f"start: position has shape ({len(start.position)},); expected ({m.degrees},)."
         )
-    lines = Lines(begin, factor * value, factor * slope, length)
+    lines = Lines(begin, factor * pieces.value, factor * pieces.slope, pieces.length)
     wide = State((*start.position, 0.0), (*start.velocity, 0.0), start.phase)
     return RecordResponse(system, record, simulate_driven(wider, wide, lines), m, factor, row)

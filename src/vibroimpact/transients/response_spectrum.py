@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -33,18 +33,17 @@ from vibroimpact._core.checks import (
     numbers,
     refusal,
 )
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.results.result import Result, along
 from vibroimpact.transients.force_record import ForceRecord, Pieces
 from vibroimpact.transients.record_response import RecordResponse, simulate_record
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 Unit = Literal["rad/s", "Hz"]
 TURN = {"rad/s": 1.0, "Hz": 2.0 * math.pi}
@@ -57,7 +56,7 @@ KEPT = 256  # lengths of pieces
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseSpectrum:
+class ResponseSpectrum(Result):
     """Largest responses to a record over the natural frequency; arrays of shape (k,).
 
     Attributes
@@ -81,14 +80,14 @@ class ResponseSpectrum:
     """
 
     record: ForceRecord
-    frequency: Floats
+    frequency: Floats = field(metadata=along("frequency"))
     unit: Unit
     zeta: float
-    displacement: Floats
-    acceleration: Floats
-    impacts: Integers
-    impulse: Floats
-    complete: Flags
+    displacement: Floats = field(metadata=along("frequency"))
+    acceleration: Floats = field(metadata=along("frequency"))
+    impacts: Integers = field(metadata=along("frequency"))
+    impulse: Floats = field(metadata=along("frequency"))
+    complete: Flags = field(metadata=along("frequency"))
     clearance: float
 
     @property
@@ -119,25 +118,10 @@ class ResponseSpectrum:
         )
 
     def to_dataset(self) -> xr.Dataset:
-        """All spectra as an xarray dataset."""
-        import xarray as xr
-
-        names = (
-            *("displacement", "pseudo_velocity", "pseudo_acceleration", "acceleration"),
-            *("impacts", "impulse", "complete"),
-        )
-        return xr.Dataset(
-            {name: ("frequency", getattr(self, name)) for name in names},
-            coords={"frequency": ("frequency", self.frequency, {"units": self.unit})},
-            attrs={"record": repr(self.record), "zeta": self.zeta, "clearance": self.clearance},
-        )
-
-    def plot(self, quantity: str = "pseudo_acceleration", *, ax: Axes | None = None) -> Axes:
-        """Draw one of the spectra."""
-        axes: Axes = deferred("plotting.transients", "plot_response_spectrum")(
-            self, quantity, ax=ax
-        )
-        return axes
+        """Convert all spectra to an xarray dataset."""
+        of_displacement = ("pseudo_velocity", "pseudo_acceleration")
+        more = {name: ("frequency", getattr(self, name)) for name in of_displacement}
+        return super().to_dataset().assign(more)
 
 
 def response_spectrum(

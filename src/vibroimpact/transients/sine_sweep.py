@@ -21,15 +21,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
-from vibroimpact._core.deferred import deferred
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.machines.units import Scales, scales_of, scales_or_ones
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.response.band import Band, Unit, band_of, is_frequency
+from vibroimpact.results.result import Result
 from vibroimpact.simulation.places import AtPhase
 from vibroimpact.sweeps.analyses.diagram import WAYS, Way, bifurcation_sweep
 from vibroimpact.sweeps.observers.extremes import Extremes
@@ -40,7 +39,6 @@ from vibroimpact.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 Spacing = Literal["linear", "log"]
 QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
@@ -51,10 +49,8 @@ OWN = "the sweep in time sets it. Give band, steps or rate, and periods_per_step
 
 
 @dataclass(frozen=True, eq=False)
-class SineSweep:
+class SineSweep(Result):
     """Response to a sine sweep: one value for each step, with dimensions "direction" and "step".
-
-    In SI units where the system has ``scales``, otherwise in those of the system.
 
     Attributes
     ----------
@@ -67,8 +63,7 @@ class SineSweep:
     periods_per_step
         Forcing periods of a step.
     members
-        What :func:`~vibroimpact.bifurcation_sweep` gave, in the units of the system: final states,
-        statuses and further observers.
+        What :func:`~vibroimpact.bifurcation_sweep` gave: final states, statuses and further observers.
     """
 
     system: System
@@ -76,11 +71,6 @@ class SineSweep:
     row: str
     periods_per_step: int
     members: xr.Dataset = field(repr=False)
-
-    @property
-    def scales(self) -> Scales:
-        """Units of the system; ones where it has none."""
-        return scales_or_ones(self.system)
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -96,7 +86,7 @@ class SineSweep:
     @property
     def duration(self) -> float:
         """Time of the sweep in one direction."""
-        return float(self.members["time"].values[0].sum()) * self.scales.time
+        return float(self.members["time"].values[0].sum())
 
     def quantity(self, name: str) -> xr.DataArray:
         """One of "peak", "amplitude", "rms", "mean", "impacts", of each step.
@@ -105,13 +95,13 @@ class SineSweep:
         not be simulated to its end.
         """
         check_choice("quantity", name, QUANTITIES)
-        m, unit = self.members, self.scales.length
+        m = self.members
         if name == "impacts":
             found = m["impacts_a"] + m["impacts_b"]
         elif name in ("rms", "mean"):
-            found = m[f"{LABEL}_{name}"] * unit
+            found = m[f"{LABEL}_{name}"]
         else:
-            low, high = (m[f"{LABEL}_{end}"] * unit for end in ("smallest", "largest"))
+            low, high = (m[f"{LABEL}_{end}"] for end in ("smallest", "largest"))
             found = (high - low) / 2.0 if name == "amplitude" else high.where(high > -low, -low)
         return found.assign_coords({self.band.parameter: self.values}).rename(name)
 
@@ -152,7 +142,7 @@ class SineSweep:
         """All quantities as an xarray dataset, with the time at which each step begins."""
         import xarray as xr
 
-        lasting = self.members["time"] * self.scales.time
+        lasting = self.members["time"]
         order = {"up": slice(None), "down": slice(None, None, -1)}
         begin = np.array(
             [
@@ -164,13 +154,7 @@ class SineSweep:
         return found.assign(time=(("direction", self.band.parameter), begin)).assign_attrs(
             system=repr(self.system), of=self.row, unit=self.band.unit,
             periods_per_step=self.periods_per_step,
-            units="SI" if scales_of(self.system) else "of the system",
         )  # fmt: skip
-
-    def plot(self, quantity: str = "peak", *, ax: Axes | None = None) -> Axes:
-        """Draw a quantity over the parameter, up and down."""
-        axes: Axes = deferred("plotting.transients", "plot_sine_sweep")(self, quantity, ax=ax)
-        return axes
 
 
 def _begins(lasting: Floats) -> Floats:
@@ -206,13 +190,12 @@ def sine_sweep(
     row
         What is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
     unit
-        "Hz" or "rad/s", of the band; by default that of the parameter, scaled for a machine made
-        by ``from_physical``.
+        "Hz" for a band in hertz of a frequency in radians per second; by default that of the parameter.
     steps
         Number of values from low to high, 200 where neither it nor ``rate`` is given.
     rate
-        Change of the parameter per time, > 0, instead of ``steps``: in the unit of the band and seconds
-        where one is given, otherwise in units of the system. Octaves per time for ``spacing="log"``.
+        Change of the parameter per time, > 0, instead of ``steps``, in the unit of the band; octaves
+        per time for ``spacing="log"``.
     spacing
         "linear" or "log".
     periods_per_step
@@ -220,7 +203,7 @@ def sine_sweep(
     way
         "up", "down", or "both": down from where up ended.
     start
-        State at the first value, in units of the system; by default at rest.
+        State at the first value; by default at rest.
     **options
         Of :func:`~vibroimpact.sweep`: observe, most_impacts, backend, workers, progress.
 
@@ -251,7 +234,6 @@ def sine_sweep(
     """
     if not mechanism_of(system).forces:
         raise InvalidParameterError("system: has no harmonic force to be swept. Give it forces.")
-    check_kind("unit", unit, str, '"Hz", "rad/s" or "" for the unit of the parameter')
     chosen = band_of(system, parameter, band, unit)
     check_choice("spacing", spacing, ("linear", "log"))
     check_choice("way", way, WAYS)
@@ -289,7 +271,7 @@ def _values(
     spacing: Spacing,
     periods: int,
 ) -> Floats:
-    """Values of the steps in the system's own units, (1)."""
+    """Values of the steps in the unit of the parameter, (1)."""
     if steps is not None and rate is not None:
         raise InvalidParameterError(
             f"steps = {shown(steps)}, rate = {shown(rate)}: give one of them. With a rate the number of steps follows."
@@ -300,9 +282,8 @@ def _values(
         space = np.geomspace if spacing == "log" else np.linspace
         return np.asarray(space(band.low, band.high, count))
     own = positive("rate", rate)
-    scales = scales_or_ones(system)
-    if band.unit:  # per second
-        own *= scales.time if spacing == "log" else scales.time / band.factor
+    if spacing == "linear":
+        own /= band.factor
     lasting = _lasting(system, band.parameter, periods)
     change = math.log2(band.high / band.low) if spacing == "log" else band.high - band.low
     found = [band.low]

@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.bifurcations.store import curve_from_dataset
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.model.state import State
 from vibroimpact.plotting import (
@@ -31,6 +30,7 @@ from vibroimpact.plotting import (
     plot_tongue,
     style,
 )
+from vibroimpact.results.files import result_of
 from vibroimpact.simulation.simulate import Run, simulate
 from vibroimpact_papers.impact_damper.resonances import tongues_from
 from vibroimpact_papers.impact_damper.unfolding import RADII, REACH
@@ -160,7 +160,7 @@ def _strong(plane: xr.Dataset, *parts: xr.Dataset) -> Figure:
     figure, axes = _grid(1, (7.6, 5.4), 1)
     ax = axes[0]
     plot_plane(plane, symbols=PLANE_SYMBOLS, ax=ax)
-    curves = [curve_from_dataset(part) for part in parts if "tongue" not in part.attrs]
+    curves = [result_of(part) for part in parts if "tongue" not in part.attrs]
     plot_curves(curves, ax=ax)
     for tongue in tongues_from(curves, [part for part in parts if "tongue" in part.attrs]):
         plot_tongue(tongue, ax=ax)

@@ -19,12 +19,12 @@ from matplotlib.path import Path
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve, CodimensionTwoPoint
-from vibroimpact.bifurcations.store import curve_from_dataset
 from vibroimpact.bifurcations.tongue import Tongue, tongue
 from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.continuation import Steps
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.results.files import dataset_of, result_of
 from vibroimpact.sweeps.analyses.plane import plane
 from vibroimpact_papers.impact_damper import Claim, ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
@@ -325,7 +325,7 @@ def tongues_from(
     for first, second in zip(sides[::2], sides[1::2], strict=True):
         yield Tongue(
             tips[str(first.attrs["tongue"])],
-            (curve_from_dataset(first), curve_from_dataset(second)),
+            (result_of(first), result_of(second)),
             float(first.attrs["radius"]),
         )
 
@@ -339,7 +339,7 @@ def numbered(curves: Sequence[BifurcationCurve]) -> Iterable[tuple[str, Bifurcat
 
 def curve_data(curve: BifurcationCurve, name: str, chosen: ParameterSet, plan: Plan) -> xr.Dataset:
     """Return a curve as the library stores it, with the attributes of every file."""
-    data = curve.to_dataset()
+    data = dataset_of(curve)
     kept = dict(data.attrs)
     data.attrs = attributes(name, chosen, plan) | kept
     return data
