@@ -56,7 +56,7 @@ def chain(n: int) -> vi.Mechanism:
         damping=0.05 * stiffness + 0.02 * np.diag(np.arange(n)),
         stiffness=stiffness,
         forces=(vi.Harmonic(1.0, tuple(push)),),
-        contacts=(vi.Contact(tuple(row), upper=0.3, restitution=0.7),),
+        elements=(vi.RigidStop(tuple(row), upper=0.3, restitution=0.7),),
     )
 
 

@@ -29,7 +29,7 @@ def oscillator(omega: float) -> vi.Mechanism:
         damping=[[0.04]],
         stiffness=[[1.0]],
         forces=(vi.Harmonic(omega, (1.0,)),),
-        contacts=(vi.Contact((1.0,), upper=1.26, restitution=0.8),),
+        elements=(vi.RigidStop((1.0,), upper=1.26, restitution=0.8),),
     )
 
 

@@ -28,7 +28,7 @@ CLEARANCE = 9.0  # where no resonance is near
 IMPACTS = (2, 4, 8)
 DEGREES = (2, 3, 5, 8)
 MASS, RATE, DAMPING = 0.01, 3.0, 0.2  # of an absorber; frequency of the first, damping ratio
-LAW = "contacts[0].restitution"
+LAW = "elements[0].restitution"
 ON = 1e-8  # of a product of multipliers
 
 
@@ -75,7 +75,7 @@ def with_absorbers(degrees: int) -> vi.Mechanism:
         damping=damping,
         constant_force=np.zeros(degrees),
         forces=tuple(forces),
-        contacts=tuple(replace(c, row=(*c.row, *more)) for c in plain.contacts),
+        elements=tuple(replace(c, row=(*c.row, *more)) for c in plain.elements),
     )
 
 

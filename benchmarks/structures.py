@@ -69,7 +69,7 @@ def chain(degrees: int, contacts: int, *, damping: str) -> vi.Mechanism:
         damping=dashpots.tolist(),
         stiffness=stiffness.tolist(),
         forces=(vi.Harmonic(FREQUENCY, tuple(np.eye(degrees)[-1])),),
-        contacts=tuple(vi.Contact(tuple(row), -GAP, GAP, RESTITUTION) for row in rows),
+        elements=tuple(vi.RigidStop(tuple(row), -GAP, GAP, RESTITUTION) for row in rows),
     )
 
 
@@ -81,7 +81,7 @@ def two_masses() -> vi.Mechanism:
         damping=(PROPORTIONAL * stiffness).tolist(),
         stiffness=stiffness.tolist(),
         forces=(vi.Harmonic(FREQUENCY, (1.0, 0.3)),),
-        contacts=(vi.Contact((0.0, 1.0), -GAP, GAP, RESTITUTION),),
+        elements=(vi.RigidStop((0.0, 1.0), -GAP, GAP, RESTITUTION),),
     )
 
 

@@ -42,7 +42,7 @@ def _fastest(m: Any) -> float:
 def _stops(m: Any) -> list[Any]:
     """Return an event function for each stop, at the lower and the upper end of each contact."""
     events = []
-    for contact in m.contacts:
+    for contact in m.rigid_stops:
         row = np.array(contact.row)
         for sign, stop in ((1.0, contact.lower), (-1.0, contact.upper)):
 
@@ -62,7 +62,7 @@ def _stops(m: Any) -> list[Any]:
 
 
 def _after_impact(m: Any, y: Floats, stop: int) -> Floats:
-    contact, end = m.contacts[stop // 2], stop % 2
+    contact, end = m.rigid_stops[stop // 2], stop % 2
     n, row = m.degrees, np.array(contact.row)
     pull = np.linalg.solve(np.array(m.mass), row)
     restitution = contact.restitutions[end]

@@ -18,7 +18,7 @@ BALL = vi.Mechanism(
     damping=((0.0,),),
     stiffness=((0.0,),),
     constant_force=(-GRAVITY,),
-    contacts=(vi.Contact((1.0,), lower=0.0, restitution=RESTITUTION),),
+    elements=(vi.RigidStop((1.0,), lower=0.0, restitution=RESTITUTION),),
 )
 
 

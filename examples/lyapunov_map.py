@@ -16,7 +16,7 @@ from vibroimpact.plotting import plot_plane, save
 WALL = vi.Mechanism(
     mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
     forces=(vi.Harmonic(2.5, (1.0,)),),
-    contacts=(vi.Contact((1.0,), upper=0.0, restitution=0.8),),
+    elements=(vi.RigidStop((1.0,), upper=0.0, restitution=0.8),),
 )  # fmt: skip
 START = vi.State((-1.0,), (0.0,))
 ACROSS, UP = 200, 140
@@ -26,7 +26,7 @@ def main(out: str | None = None) -> None:
     """Compute the map, count the chaotic machines, and draw it."""
     over = {
         "omega": np.linspace(1.6, 4.4, ACROSS),
-        "contacts[0].upper": np.linspace(-0.4, 0.4, UP),
+        "elements[0].upper": np.linspace(-0.4, 0.4, UP),
     }
     found = vi.plane(
         WALL, over=over, start=START, observe="lyapunov", settle_periods=150, periods=80

@@ -23,7 +23,7 @@ START = 0.3  # phase of the table
 TABLE = vi.Mechanism(
     mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-G,),
     forces=(vi.Harmonic(OMEGA, sine=(A * OMEGA**2,)),),
-    contacts=(vi.Contact((1.0,), lower=0.0, restitution=R),),
+    elements=(vi.RigidStop((1.0,), lower=0.0, restitution=R),),
 )  # fmt: skip
 
 

@@ -16,9 +16,9 @@ MECHANISM = vi.Mechanism(
     damping=((0.06, -0.02), (-0.02, 0.02)),  # not proportional: that is no special case
     stiffness=((2.0, -1.0), (-1.0, 1.0)),
     forces=(vi.Harmonic(1.8, sine=(1.0, 0.0)),),
-    contacts=(
-        vi.Contact((1.0, 0.0), upper=0.4, restitution=0.7),
-        vi.Contact((-1.0, 1.0), lower=-0.6, upper=0.6, restitution=0.5),
+    elements=(
+        vi.RigidStop((1.0, 0.0), upper=0.4, restitution=0.7),
+        vi.RigidStop((-1.0, 1.0), lower=-0.6, upper=0.6, restitution=0.5),
     ),
 )
 

@@ -22,7 +22,7 @@ def pushed(force: float) -> vi.Mechanism:
     """The oscillator under a constant force."""
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], constant_force=(force,),
-        contacts=(vi.Contact((1.0,), upper=0.6, restitution=0.7),),
+        elements=(vi.RigidStop((1.0,), upper=0.6, restitution=0.7),),
     )  # fmt: skip
 
 

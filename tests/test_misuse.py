@@ -89,7 +89,7 @@ def still(*elements: Any, **more: Any) -> vi.Mechanism:
 def oscillator(k: float, A: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[k]], forces=(vi.Harmonic(1.0, (A,)),),
-        contacts=(vi.Contact((1.0,), upper=1.0, restitution=0.8),),
+        elements=(vi.RigidStop((1.0,), upper=1.0, restitution=0.8),),
     )  # fmt: skip
 
 
@@ -120,7 +120,7 @@ def circles() -> xr.Dataset:
 def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     """By name: what is called, with valid arguments; and objects of our own."""
     damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
-    contact, swing = vi.Contact((1.0,), upper=1.0), vi.Harmonic(1.0, (0.1,))
+    contact, swing = vi.RigidStop((1.0,), upper=1.0), vi.Harmonic(1.0, (0.1,))
     run = vi.simulate(damper, state, impacts=20)
     relay = vi.HybridSystem(
         modes={"on": vi.LinearMode([[-1.0]], [3.0])}, guards={"top": vi.LinearGuard([1.0], 9.0)},
@@ -189,12 +189,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "ImpactOscillator.on_stop": (
             vi.ImpactOscillator(**OSCILLATOR).on_stop, {"stop": "B", "v1": 1.0, "phase": 0.0},
         ),
-        "Contact": (
-            vi.Contact, {"row": (1.0,), "lower": -1.0, "upper": 1.0, "restitution": (0.5, 0.5)},
-        ),
         "RigidStop": (
             vi.RigidStop,
-            {"row": (1.0,), "lower": -1.0, "upper": 1.0, "motion": (swing,)},
+            {"row": (1.0,), "lower": -1.0, "upper": 1.0, "restitution": (0.5, 0.5), "motion": (swing,)},
         ),
         "SoftStop": (
             vi.SoftStop,
@@ -247,9 +244,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "Mechanism": (
             vi.Mechanism,
             {
-                "mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]], "contacts": (contact,),
+                "mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]],
                 "forces": (vi.Harmonic(1.0, (1.0,)),), "constant_force": (0.0,),
-                "contact_names": ("a",), "elements": (vi.Friction((1.0,), 0.1),),
+                "elements": (contact, vi.Friction((1.0,), 0.1)),
             },
         ),
         "State": (vi.State, {"position": (0.0,), "velocity": (0.0,), "phase": 0.0}),
@@ -710,7 +707,7 @@ NONSENSE = {
 }  # fmt: skip
 NAMES = [
     "ImpactDamper", "ImpactDamper.from_physical", "ImpactDamper.on_stop", "ImpactOscillator",
-    "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "Contact", "RigidStop",
+    "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "RigidStop",
     "SoftStop", "Friction", "NormalLoad", "PhaseSwitch", "HybridSystem", "LinearMode",
     "LinearGuard", "Transition", "simulate_hybrid", "HybridRun.at",
     "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family",
@@ -913,10 +910,10 @@ def test_the_command_line_refuses_what_cannot_be_the_name_of_a_file(
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: vi.Contact((1.0,), upper=1.0, friction=0.1), "Contact, .*row.* Friction\\(row"),
-        (lambda: vi.Contact((1.0,), upper=1.0, stiffness=9.0), "is a SoftStop"),
-        (lambda: vi.Contact((1.0,), upper=1.0, velocity=1.0), "has motion"),
-        (lambda: vi.Contact((1.0,), upper=1.0, upper_motion=SWING), "upper_motion.*Give motion"),
+        (lambda: vi.RigidStop((1.0,), upper=1.0, friction=0.1), "RigidStop, .*row.* Friction\\(row"),
+        (lambda: vi.RigidStop((1.0,), upper=1.0, stiffness=9.0), "is a SoftStop"),
+        (lambda: vi.RigidStop((1.0,), upper=1.0, velocity=1.0), "has motion"),
+        (lambda: vi.RigidStop((1.0,), upper=1.0, upper_motion=SWING), "upper_motion.*Give motion"),
         (lambda: vi.Mechanism(stiffness_=[[1.0]]), "takes mass, .* Did you mean stiffness"),
         (lambda: vi.ImpactDamper(omgea=1.0), "Did you mean omega"),
         (lambda: vi.LinearGuard(rows=[1.0]), "LinearGuard, which takes row, .* Did you mean row"),
@@ -938,7 +935,7 @@ def test_an_unknown_keyword_is_answered_with_those_there_are(
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: vi.Contact((1.0,), upper=a_function), "a_function: .* has motion"),
+        (lambda: vi.RigidStop((1.0,), upper=a_function), "a_function: .* has motion"),
         (lambda: vi.Harmonic(1.0, a_function), "a_function: .* harmonic lines"),
     ],
 )
@@ -963,9 +960,9 @@ def test_a_message_shows_a_number_whole_and_a_long_value_shortened() -> None:
 
 
 def test_too_many_contacts_are_counted_and_not_printed() -> None:
-    many = tuple(vi.Contact((1.0,), upper=float(i + 1)) for i in range(17))
-    with pytest.raises(vi.InvalidParameterError, match="contacts: 17 are given; must be 0 to 16"):
-        vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], contacts=many)
+    many = tuple(vi.RigidStop((1.0,), upper=float(i + 1)) for i in range(17))
+    with pytest.raises(vi.InvalidParameterError, match="elements: 17 are given; must be 1 to 16"):
+        vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], elements=many)
 
 
 UPPER: dict[str, Any] = {"row": (1.0,), "upper": 1.0}
@@ -1006,7 +1003,6 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         ),
         (lambda: still(RUBBING, vi.Friction((1.0, -1.0), 0.1)), r"elements\[1\]\.row has shape"),
         (lambda: still(a_function), r"elements\[0\] = .*a RigidStop or SoftStop or Friction"),
-        (lambda: still(contacts=(RUBBING,)), r"contacts\[0\] = Friction.*must be a Contact"),
         (
             lambda: still(
                 vi.SoftStop(**UPPER, motion=tuple(vi.Harmonic(1.0 + i, (0.1,)) for i in range(13)))
@@ -1069,7 +1065,8 @@ MECHANISM = """[mechanism]
 mass = [[1.0]]
 damping = [[0.1]]
 stiffness = [[1.0]]
-[[mechanism.contacts]]
+[[mechanism.elements]]
+kind = "rigid_stop"
 row = [1.0]
 upper = 1.0
 """
@@ -1078,8 +1075,8 @@ upper = 1.0
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (MECHANISM + "friction = 0.1\n", r"\[\[mechanism.contacts\]\]: friction: .*Friction"),
-        (MECHANISM + "upperr = 1.0\n", r"contacts.*upperr.* row, lower, upper, .*mean upper"),
+        (MECHANISM + "friction = 0.1\n", r"\[\[mechanism.elements\]\]: friction: .*Friction"),
+        (MECHANISM + "upperr = 1.0\n", r"elements.*upperr.* row, lower, upper, .*mean upper"),
         (MECHANISM.replace("mass", "mas"), r"\[mechanism\]: mas: .* Did you mean mass"),
         (MECHANISM + "[[mechanism.forces]]\nsine = [1.0]\n", "mechanism.forces.*omega: missing"),
         (MECHANISM + "[start]\nposition = 0.0\nvelocity = [0.0]", r"\[start\]: position has shape"),

@@ -430,7 +430,7 @@ def test_a_motion_that_forgets_its_start_has_the_exponent_minus_infinity():
     ball = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
         forces=(vi.Harmonic(1.0, (2.0,)),),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.0),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.0),),
         constant_force=(-1.0,),
     )  # fmt: skip
     found = lyapunov_exponent(ball, vi.State((1.0,), (0.0,)), impacts=1024)

@@ -274,7 +274,7 @@ def against(wall: float) -> vi.Mechanism:
     """An oscillator that meets a wall."""
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(2.082, (1.0,)),),
-        contacts=(vi.Contact((1.0,), upper=wall, restitution=0.7),),
+        elements=(vi.RigidStop((1.0,), upper=wall, restitution=0.7),),
     )  # fmt: skip
 
 

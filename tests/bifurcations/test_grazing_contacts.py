@@ -300,9 +300,9 @@ def apart(u: float, w: float) -> vi.Mechanism:
         damping=((2.0 * ZETA, 0.0), (0.0, 0.3)),
         stiffness=((1.0, 0.0), (0.0, 2.0)),
         forces=(vi.Harmonic(2.1, (1.0, 1.0)),),
-        contacts=(
-            vi.Contact((1.0, 0.0), upper=u + w, restitution=R),
-            vi.Contact((0.0, 1.0), upper=u - w, restitution=0.6),
+        elements=(
+            vi.RigidStop((1.0, 0.0), upper=u + w, restitution=R),
+            vi.RigidStop((0.0, 1.0), upper=u - w, restitution=0.6),
         ),
     )
 

@@ -13,15 +13,15 @@ from vibroimpact.continuation import Stopped
 
 def one_mass(
     *, force: float = 2.0, omega: float = 1.0, restitution: float = 0.7, damping: float = 0.1,
-    stiffness: float = 1.0, stops: tuple[vi.Contact, ...] = (), **stop: float,
+    stiffness: float = 1.0, stops: tuple[vi.RigidStop, ...] = (), **stop: float,
 ) -> vi.Mechanism:  # fmt: skip
-    contacts = stops or (vi.Contact((1.0,), restitution=restitution, **stop),)
+    contacts = stops or (vi.RigidStop((1.0,), restitution=restitution, **stop),)
     return vi.Mechanism(
         mass=[[1.0]],
         damping=[[damping]],
         stiffness=[[stiffness]],
         forces=(vi.Harmonic(omega, (force,)),),
-        contacts=contacts,
+        elements=contacts,
     )
 
 
@@ -36,7 +36,7 @@ def two_masses(row: float = 0.6, length: float = 1.0, time: float = 1.0) -> vi.M
             [-0.7 * per_time**2, 1.4 * per_time**2],
         ],
         forces=(vi.Harmonic(1.1 * per_time, (force, 0.4 * force)),),
-        contacts=(vi.Contact((row, -1.3), upper=0.3 * length, restitution=0.75),),
+        elements=(vi.RigidStop((row, -1.3), upper=0.3 * length, restitution=0.75),),
     )
 
 
@@ -92,7 +92,7 @@ def test_without_loss_no_torus_is_invented() -> None:
         damping=[[0.0]],
         stiffness=[[0.3]],
         forces=(vi.Harmonic(1.0, (0.5,), (0.2,)),),
-        contacts=(vi.Contact((1.0,), upper=1.0, restitution=1.0),),
+        elements=(vi.RigidStop((1.0,), upper=1.0, restitution=1.0),),
     )
     orbit = vi.find_orbits(system, cycles=2, impacts=3, starts=10).orbits[0]
     branch = vi.continue_orbit(orbit, "stiffness[0][0]", (0.29, 0.31))
@@ -104,9 +104,9 @@ def test_without_loss_no_torus_is_invented() -> None:
 def test_every_stop_that_is_grazed_is_reported() -> None:
     # x swings between the stops; both lower ones are touched, at different amplitudes
     stops = (
-        vi.Contact((1.0,), upper=1.0, restitution=0.7),
-        vi.Contact((1.0,), lower=-9.0),
-        vi.Contact((2.0,), lower=-19.0),
+        vi.RigidStop((1.0,), upper=1.0, restitution=0.7),
+        vi.RigidStop((1.0,), lower=-9.0),
+        vi.RigidStop((2.0,), lower=-19.0),
     )
     system = one_mass(force=1.0, stops=stops)
     orbit = vi.find_orbit(system, vi.State((0.0,), (1.0,)))
@@ -143,9 +143,9 @@ def meeting(omega: float, k2: float) -> vi.Mechanism:
         damping=[[0.1, -0.03], [-0.03, 0.05]],
         stiffness=[[1.0 + k2, -k2], [-k2, k2]],
         forces=(vi.Harmonic(omega, (1.0, 0.0)),),
-        contacts=(
-            vi.Contact((1.0, 0.0), upper=0.5, restitution=0.7),
-            vi.Contact((-1.0, 1.0), lower=-0.4, upper=0.4, restitution=0.6),
+        elements=(
+            vi.RigidStop((1.0, 0.0), upper=0.5, restitution=0.7),
+            vi.RigidStop((-1.0, 1.0), lower=-0.4, upper=0.4, restitution=0.6),
         ),
     )
 

@@ -26,10 +26,10 @@ PERIODIC, AUTO, BIFURCATIONS = map(table, ("periodic.toml", "auto.toml", "bifurc
 PATHS = {
     "omega": "omega",
     "amplitude": "forces[0].cosine[0]",
-    "wall": "contacts[0].upper",
+    "wall": "elements[0].upper",
     "w": "omega",
     "A": "forces[0].cosine[0]",
-    "d": "contacts[0].upper",
+    "d": "elements[0].upper",
 }
 KINDS = {"V": "ZERO"}
 # Points are located to rounding of their test function; references are exact to 25 digits.
@@ -123,7 +123,7 @@ def test_orbits_found_here_lie_on_the_branches_of_auto(branch: dict[str, Any]) -
             damping=[[p["c"]]],
             stiffness=[[p["k"]]],
             forces=(vi.Harmonic(p["w"], (0.0,), (p["A"],)),),
-            contacts=(vi.Contact((1.0,), upper=p["d"], restitution=p["e"]),),
+            elements=(vi.RigidStop((1.0,), upper=p["d"], restitution=p["e"]),),
         )
         # impact 1 ends flight 1: the state after it has speed -e V1 and phase phase1
         states = np.array(
@@ -253,7 +253,7 @@ def plastic(preload: float) -> vi.Mechanism:
         damping=[[0.1]],
         stiffness=[[1.0]],
         forces=(vi.Harmonic(1.0, (0.0,), (1.0,)),),
-        contacts=(vi.Contact((1.0,), upper=0.5, restitution=0.0),),
+        elements=(vi.RigidStop((1.0,), upper=0.5, restitution=0.0),),
         constant_force=[preload],
     )
 

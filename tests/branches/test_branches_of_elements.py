@@ -131,7 +131,7 @@ def test_friction_begins_to_stick_at_its_closed_form_seen_from_both_sides() -> N
 
 
 def test_the_ball_on_a_table_is_born_and_doubles_at_its_closed_forms() -> None:
-    e, name = 0.5, "contacts[0].motion[0].sine[0]"
+    e, name = 0.5, "elements[0].motion[0].sine[0]"
     table = vi.RigidStop((1.0,), lower=0.0, restitution=e, motion=vi.Harmonic(1.0, (1.1,)))
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], elements=(table,),
                      constant_force=(-GRAVITY,))  # fmt: skip

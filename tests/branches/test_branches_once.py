@@ -28,7 +28,7 @@ def oscillator(
         damping=[[damping]],
         stiffness=[[1.0]],
         forces=(vi.Harmonic(omega, (force,)),),
-        contacts=(vi.Contact((1.0,), upper=s, restitution=r),),
+        elements=(vi.RigidStop((1.0,), upper=s, restitution=r),),
     )
 
 
@@ -67,7 +67,7 @@ def assert_points_are_what_they_say(branch: vi.Branch) -> None:
             assert touch is not None
             compiled = orbit.problem.compiled(orbit.parameter_value)
             state = compiled.after(orbit.states[touch.segment], touch.time)
-            n, contact = orbit.mechanism.degrees, orbit.mechanism.contacts[touch.contact]
+            n, contact = orbit.mechanism.degrees, orbit.mechanism.rigid_stops[touch.contact]
             row, limit = np.array(contact.row), (contact.lower, contact.upper)[touch.side > 0]
             fastest = branch.impact_speed.max()
             assert abs(limit - row @ state[:n]) < 1e-8 * fastest * orbit.period, point
@@ -192,7 +192,7 @@ def random_system(seed: int) -> vi.Mechanism:
     def chain(parts: np.ndarray) -> np.ndarray:
         return np.diag(parts[:-1] + parts[1:]) - np.diag(parts[1:-1], 1) - np.diag(parts[1:-1], -1)
 
-    contact = vi.Contact(
+    contact = vi.RigidStop(
         ((1.0,), (1.0, -1.0))[n - 1],
         lower=-stop if rng.random() < 0.5 else -math.inf,
         upper=stop,
@@ -203,7 +203,7 @@ def random_system(seed: int) -> vi.Mechanism:
         damping=chain(c),
         stiffness=chain(k),
         forces=(vi.Harmonic(rng.uniform(0.6, 2.2), (1.0, 0.0)[:n]),),
-        contacts=(contact,),
+        elements=(contact,),
     )
 
 

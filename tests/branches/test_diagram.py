@@ -150,7 +150,7 @@ def test_the_mirror_image_of_an_orbit_is_an_orbit(diagram: Diagram) -> None:
 def test_an_asymmetric_system_has_no_mirror_images() -> None:
     wall = vi.Mechanism(
         mass=((1.0,),), damping=((0.1,),), stiffness=((1.0,),), forces=(vi.Harmonic(0.8, (1.0,)),),
-        contacts=(vi.Contact((1.0,), lower=-0.5, upper=0.6, restitution=0.7),),
+        elements=(vi.RigidStop((1.0,), lower=-0.5, upper=0.6, restitution=0.7),),
     )  # fmt: skip
     loop = loop_of(vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.74, 0.76)).orbit(0))
     unlike = loop._replace(impacts=loop.impacts[:1], states=loop.states[:1])

@@ -59,7 +59,7 @@ def test_a_lossless_ball_bounces_for_ever_from_any_height(
     assert "one of a 1-parameter family of orbits" in repr(orbit)
 
 
-@pytest.mark.parametrize("name", ["constant_force[0]", "contacts[0].restitution"])
+@pytest.mark.parametrize("name", ["constant_force[0]", "elements[0].restitution"])
 def test_orbits_of_a_family_are_no_branch(name: str) -> None:
     orbit = vi.find_orbit(ball(1.0), vi.State((0.5,), (0.0,)))
     with pytest.raises(vi.InvalidParameterError, match="one of a 1-parameter family"):
@@ -101,8 +101,8 @@ def box(sides: int) -> vi.Mechanism:
     """A free particle between elastic walls at -1 and 1."""
     rows = np.eye(sides)
     zero = np.zeros((sides, sides))
-    walls = tuple(vi.Contact(tuple(row), -1.0, 1.0, 1.0) for row in rows)
-    return vi.Mechanism(mass=rows, damping=zero, stiffness=zero, contacts=walls)
+    walls = tuple(vi.RigidStop(tuple(row), -1.0, 1.0, 1.0) for row in rows)
+    return vi.Mechanism(mass=rows, damping=zero, stiffness=zero, elements=walls)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +126,7 @@ def test_two_elastic_masses_have_a_family() -> None:
     """Energy is the one integral: the multipliers are 1 and a pair mu, 1 / mu."""
     system = vi.Mechanism(
         mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=[[2.0, -1.0], [-1.0, 2.0]],
-        contacts=(vi.Contact((-1.0, 1.0), lower=-0.5, restitution=1.0),),
+        elements=(vi.RigidStop((-1.0, 1.0), lower=-0.5, restitution=1.0),),
     )  # fmt: skip
     orbit = vi.find_orbit(system, vi.State((0.0, 0.0), (1.0, -1.0)))
     assert orbit.converged
@@ -139,7 +139,7 @@ def test_a_forced_mechanism_that_is_fixed_nowhere_has_one_for_every_place() -> N
     system = vi.Mechanism(
         mass=np.eye(2), damping=[[0.1, -0.1], [-0.1, 0.1]], stiffness=[[1.0, -1.0], [-1.0, 1.0]],
         forces=(vi.Harmonic(1.1, (1.0, -1.0)),),
-        contacts=(vi.Contact((-1.0, 1.0), lower=-0.5, restitution=0.7),),
+        elements=(vi.RigidStop((-1.0, 1.0), lower=-0.5, restitution=0.7),),
     )  # fmt: skip
     orbit = vi.find_orbit(system, vi.State((5.0, 5.0), (0.0, 0.0)))
     assert orbit.converged
@@ -186,11 +186,11 @@ def test_without_forcing_no_lossy_impact_is_part_of_an_orbit(seed: int) -> None:
         mass=np.eye(n) + random_symmetric(rng, n, n),
         damping=(seed % 2) * 0.1 * random_symmetric(rng, n, n),
         stiffness=random_symmetric(rng, n, n) + 0.1 * np.eye(n),
-        contacts=(vi.Contact(tuple(rng.normal(size=n)), lower=float(rng.uniform(-0.3, 0.3)),
+        elements=(vi.RigidStop(tuple(rng.normal(size=n)), lower=float(rng.uniform(-0.3, 0.3)),
                              restitution=float(rng.uniform(0.1, 0.9))),),
     )  # fmt: skip
-    row = np.array(system.contacts[0].row)
-    place = row / (row @ row) * (system.contacts[0].lower + 1.0)
+    row = np.array(system.rigid_stops[0].row)
+    place = row / (row @ row) * (system.rigid_stops[0].lower + 1.0)
     start = vi.State(tuple(place), tuple(rng.normal(size=n)))
     guess = vi.Guess(np.array([[*place, *rng.normal(size=n), 0.0]]), np.array([2.0]))
     for orbit in (

@@ -20,7 +20,7 @@ def orbit() -> vi.Orbit:
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.04]], stiffness=[[1.0]],
         forces=(vi.Harmonic(0.5, (1.0,)),),
-        contacts=(vi.Contact((1.0,), upper=1.26, restitution=0.8),),
+        elements=(vi.RigidStop((1.0,), upper=1.26, restitution=0.8),),
     )  # fmt: skip
     return vi.find_orbit(m, vi.State((1.26,), (-1.5,)))
 

@@ -120,11 +120,11 @@ def test_a_mechanism_starts_from_what_its_motion_settles_to(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     Path("wall.toml").write_text(WALL, encoding="utf-8")
-    argv = ["branch", "--config", "wall.toml", "--parameter", "contacts[0].restitution"]
+    argv = ["branch", "--config", "wall.toml", "--parameter", "elements[0].restitution"]
     out = said([*argv, "--range", "0.68", "0.72", "--out", "b.nc"], capsys)
     loaded = vi.load("b.nc")
     orbit = vi.find_orbit(loaded.family.system, vi.State((0.0,), (0.0,)))
-    branch = vi.continue_orbit(orbit, "contacts[0].restitution", (0.68, 0.72))
+    branch = vi.continue_orbit(orbit, "elements[0].restitution", (0.68, 0.72))
     assert repr(branch) in out
     np.testing.assert_array_equal(loaded.curve.z, branch.curve.z)
 

@@ -157,7 +157,7 @@ mass = [[1.0]]
 damping = [[0.0]]
 stiffness = [[0.0]]
 constant_force = [-9.8]
-contacts = [{ row = [1.0], lower = 0.0, restitution = [0.5, 0.5] }]
+elements = [{ kind = "rigid_stop", row = [1.0], lower = 0.0, restitution = [0.5, 0.5] }]
 [start]
 position = [1.0]
 velocity = [0.0]
@@ -386,14 +386,14 @@ def test_a_mechanism_with_elements_is_kept_in_a_text_to_the_last_bit() -> None:
     ("old", "new", "said"),
     [
         ('kind = "friction"', 'kind = "brake"', r"elements\]\] 2: kind = 'brake'; must be one of"),
-        ('kind = "friction"\n', "", r"elements\]\] 2: kind: missing; must be one of \"soft_stop"),
+        ('kind = "friction"\n', "", r"elements\]\] 2: kind: missing; must be one of \"rigid_stop"),
         ("kinetic = 0.2\n", "", r"elements\]\] 2: kinetic: missing"),
         ("kinetic", "mu", r"elements\]\] 2: mu: .*coefficient times normal load"),
         ("stiffness = 29.0", "stiffness = -29.0", r"elements\]\] 1: stiffness = -29\.0: must be"),
         ("motion = { omega", "motion = { omgea", r"elements\]\] 1: motion: omgea: .*mean omega"),
         ("motion = { omega = 1.3, ", "motion = { ", r"1: motion: omega: missing"),
         ("sine = [0.1] }", "sine = [0.1, 0.2] }", r"1: motion: has 2 amplitudes"),
-        ("row = [0.0, 1.0]", "row = [1.0]", r"\[mechanism\]: contacts\[0\]\.row has shape"),
+        ("row = [0.0, 1.0]", "row = [1.0]", r"\[mechanism\]: elements\[0\]\.row has shape"),
     ],
 )
 def test_a_mistake_in_an_element_is_named_with_its_table_and_key(
@@ -421,7 +421,7 @@ def test_a_mistake_in_an_element_is_named_with_its_table_and_key(
         (DAMPER + "[colour]\n", r"must hold one of \[damper\], \[physical\], \[mechanism\]"),
         ("", "holds nothing; must hold one of"),
         ("[damper\n", "is not valid TOML"),
-        (MECHANISM.replace("lower", "upper_"), r"contacts\]\]: upper_: .*mean upper"),
+        (MECHANISM.replace("lower", "upper_"), r"elements\]\]: upper_: .*mean upper"),
         (MECHANISM.replace("[[1.0]]", "[[-1.0]]"), "mass: must be positive definite"),
         (DAMPER.replace("[0.0, 0.0]", "[9.0, 0.0]"), "behind the lower stop"),
     ],

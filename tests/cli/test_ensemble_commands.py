@@ -215,10 +215,10 @@ def test_a_mechanism_is_swept_by_path_from_the_start_of_its_file(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     Path("wall.toml").write_text(WALL, encoding="utf-8")
-    argv = ["sweep", "--config", "wall.toml", "--over", "contacts[0].restitution=0.5:0.9:3"]
+    argv = ["sweep", "--config", "wall.toml", "--over", "elements[0].restitution=0.5:0.9:3"]
     out = said([*argv, *SHORT, "--variable", "n", "--out", "s.png", "--out", "s.nc"], capsys)
-    assert "contacts[0].restitution 0.5 to 0.9 (3)" in out
-    assert opened("s.nc").n.dims == ("contacts[0].restitution",)
+    assert "elements[0].restitution 0.5 to 0.9 (3)" in out
+    assert opened("s.nc").n.dims == ("elements[0].restitution",)
 
 
 def test_a_store_resumes_and_refuses_another_sweep(capsys: pytest.CaptureFixture[str]) -> None:

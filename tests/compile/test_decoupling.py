@@ -170,7 +170,7 @@ def test_a_soft_spring_beside_a_stiff_one_is_one() -> None:
     """In vibration modes, too: what is lost in rounding is told by the terms of each entry."""
     m = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 1.0]], stiffness=[[1e15, 0.0], [0.0, 1.0]],
-        damping=[[0.1, 0.0], [0.0, 0.2]], contacts=(vi.Contact((-1.0, 1.0), upper=0.5),),
+        damping=[[0.1, 0.0], [0.0, 0.2]], elements=(vi.RigidStop((-1.0, 1.0), upper=0.5),),
     )  # fmt: skip
     assert sorted(Hybrid(m).free.flow["k"]) == [1.0, 1e15]  # type: ignore[call-overload]
 
@@ -182,7 +182,7 @@ def test_two_equal_structures_that_hit_each_other_are_blocks(seed: int) -> None:
     row = (1.0, 0.0, -1.0, 0.0)
     m = vi.Mechanism(
         mass=np.eye(4).tolist(), stiffness=stiffness, damping=damping,
-        contacts=(vi.Contact(row, upper=0.1),),
+        elements=(vi.RigidStop(row, upper=0.1),),
     )  # fmt: skip
     assert not Hybrid(m).dense
 
@@ -276,7 +276,7 @@ def test_motions_are_those_of_the_full_matrix(seed: int, monkeypatch: pytest.Mon
         assert getattr(run, name) == pytest.approx(getattr(full, name), abs=1e-8)
 
 
-MANY = [seed for seed in range(60, 90) if len(heavy(seed)[0].contacts) > 2]
+MANY = [seed for seed in range(60, 90) if len(heavy(seed)[0].rigid_stops) > 2]
 
 
 @pytest.mark.parametrize("seed", MANY)
@@ -299,7 +299,7 @@ def dragged(force: float, **changes: Any) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 0.5]], stiffness=[[2.0, 0.0], [0.0, 0.0]],
         damping=[[0.3, -0.2], [-0.2, 0.3]], constant_force=(0.0, force),
-        contacts=(vi.Contact((-1.0, 1.0), -1.0, 1.0, 0.8),),
+        elements=(vi.RigidStop((-1.0, 1.0), -1.0, 1.0, 0.8),),
     ) if not changes else replace(dragged(force), **changes)  # fmt: skip
 
 
@@ -318,10 +318,10 @@ def test_a_force_on_loose_masses_is_seen_whatever_stop_they_are_on(force: float)
         stiffness=np.diag([0.0, 0.0, 1e9, 1.3e9]).tolist(),
         damping=np.diag([100.0, 300.0, 50.0, 70.0]).tolist(),
         constant_force=(force, force, 0.0, 0.0),
-        contacts=(
-            vi.Contact((1.0, -1.0, 1.0, 0.0), -1e-6, 1.0, 0.5),
-            vi.Contact((0.0, 0.0, 1.0, -1.0), -1e-6, 1.0, 0.5),
-            vi.Contact((0.0, 0.0, 0.0, 1.0), -1e-6, 1.0, 0.5),
+        elements=(
+            vi.RigidStop((1.0, -1.0, 1.0, 0.0), -1e-6, 1.0, 0.5),
+            vi.RigidStop((0.0, 0.0, 1.0, -1.0), -1e-6, 1.0, 0.5),
+            vi.RigidStop((0.0, 0.0, 0.0, 1.0), -1e-6, 1.0, 0.5),
         ),
     )
     assert Hybrid(m).dense
@@ -339,7 +339,7 @@ def test_forcing_at_an_undamped_mode_is_left_to_the_full_matrix() -> None:
         return vi.Mechanism(
             mass=with_third(two.mass, 1.0), stiffness=with_third(two.stiffness, 4.0),
             damping=with_third(two.damping, 0.0), forces=(vi.Harmonic(omega, (0.0, 0.0, 1.0)),),
-            contacts=(vi.Contact((-1.0, 1.0, 0.0), -1.0, 1.0, 0.8),),
+            elements=(vi.RigidStop((-1.0, 1.0, 0.0), -1.0, 1.0, 0.8),),
         )  # fmt: skip
 
     assert Hybrid(beside(1.7)).mixed

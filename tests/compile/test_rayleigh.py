@@ -24,7 +24,7 @@ def damped(seed: int, of_mass: float, of_stiffness: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=mass.tolist(), stiffness=stiffness.tolist(),
         damping=(of_mass * mass + of_stiffness * stiffness).tolist(),
-        contacts=tuple(vi.Contact(tuple(row), 0.0, np.inf) for row in np.eye(4)[:3]),
+        elements=tuple(vi.RigidStop(tuple(row), 0.0, np.inf) for row in np.eye(4)[:3]),
     )  # fmt: skip
 
 
@@ -73,7 +73,7 @@ def test_entries_of_any_sizes_are_in_proportion(name: str) -> None:
     m = vi.Mechanism(
         mass=mass.tolist(), stiffness=stiffness.tolist(),
         damping=(a * mass + b * stiffness).tolist(),
-        contacts=tuple(vi.Contact(tuple(row), 0.0, np.inf) for row in np.eye(len(mass))[:3]),
+        elements=tuple(vi.RigidStop(tuple(row), 0.0, np.inf) for row in np.eye(len(mass))[:3]),
     )  # fmt: skip
     assert proportion(m) == pytest.approx((a, b), rel=1e-9)
 
@@ -84,7 +84,7 @@ def test_dashpots_where_nothing_else_is_are_in_no_proportion() -> None:
     crossed[0, 1] = crossed[1, 0] = 0.1
     diagonal = [np.diag(np.diag(a)).tolist() for a in (m.mass, m.stiffness)]
     other = vi.Mechanism(
-        mass=diagonal[0], damping=crossed.tolist(), stiffness=diagonal[1], contacts=m.contacts
+        mass=diagonal[0], damping=crossed.tolist(), stiffness=diagonal[1], elements=m.rigid_stops
     )
     assert proportion(other) is None
 
@@ -108,7 +108,7 @@ def test_an_entry_of_another_kind_is_no_proportion(entry: tuple[int, int]) -> No
     dashpots = np.array(m.damping)
     dashpots[entry] = dashpots[entry[::-1]] = dashpots[entry] * (1.0 + 1e-11)
     other = vi.Mechanism(
-        mass=m.mass, damping=dashpots.tolist(), stiffness=m.stiffness, contacts=m.contacts
+        mass=m.mass, damping=dashpots.tolist(), stiffness=m.stiffness, elements=m.rigid_stops
     )
     assert proportion(other) is None
     assert Hybrid(other).mixed
@@ -121,7 +121,7 @@ def test_stiffness_in_proportion_to_the_mass_or_none_is_damped_alike(matrix: str
     stiffness = 2.0 * np.array(m.mass) if matrix == "mass" else np.zeros((4, 4))
     alike = vi.Mechanism(
         mass=m.mass, damping=(0.2 * np.array(m.mass)).tolist(), stiffness=stiffness.tolist(),
-        contacts=m.contacts,
+        elements=m.rigid_stops,
     )  # fmt: skip
     assert proportion(alike) == pytest.approx((0.2, 0.0), rel=1e-15)
 
@@ -131,13 +131,13 @@ def test_a_mode_without_stiffness_keeps_its_speed_where_stiffness_damps() -> Non
     spring = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
     free = vi.Mechanism(
         mass=np.eye(3).tolist(), damping=(0.1 * spring).tolist(), stiffness=spring.tolist(),
-        contacts=tuple(vi.Contact(tuple(row), -9.0, 9.0) for row in np.eye(3)),
+        elements=tuple(vi.RigidStop(tuple(row), -9.0, 9.0) for row in np.eye(3)),
     )  # fmt: skip
     flow = compile_mechanism(free).free.flow
     assert [(k, c) for k, c in zip(flow["k"], flow["c"], strict=True) if k == 0.0] == [(0.0, 0.0)]
 
 
-MANY = [seed for seed in range(60, 90) if len(heavy(seed)[0].contacts) > 2]
+MANY = [seed for seed in range(60, 90) if len(heavy(seed)[0].rigid_stops) > 2]
 
 
 @pytest.mark.parametrize("seed", MANY)

@@ -80,7 +80,7 @@ def test_whole_numbers_beside_columns_become_floats() -> None:
     varied = with_parameters(FAMILY, {"k": Column(np.array([1.0, 2.0]))})
     m = mechanism_of(varied)
     entries = [*np.ravel(np.array([m.mass, m.damping, m.stiffness], dtype=object)),
-               *m.forces[0].sine, *m.contacts[0].row, m.contacts[0].lower]  # fmt: skip
+               *m.forces[0].sine, *m.rigid_stops[0].row, m.rigid_stops[0].lower]  # fmt: skip
     assert all(isinstance(x, float | Column) for x in entries)
     with pytest.raises(vi.InvalidParameterError, match="must be numbers"):
         vi.Harmonic(1.0, (Column(np.ones(2)), "much"))  # type: ignore[arg-type]

@@ -34,14 +34,14 @@ def absorber(nu: float, zeta: float, omega: float = 1.0) -> vi.Mechanism:
         damping=[[c, -c], [-c, c]],
         stiffness=[[1.0 + k, -k], [-k, k]],
         forces=(vi.Harmonic(omega, (1.0, 0.0)),),
-        contacts=(vi.Contact((-1.0, 1.0), upper=1e6),),
+        elements=(vi.RigidStop((-1.0, 1.0), upper=1e6),),
     )
 
 
 def two_balls(upper: float, lower: float, omega: float = 1.0) -> vi.Mechanism:
     """Two balls in slots with unequal clearances."""
     contacts = tuple(
-        vi.Contact(row, -lower, upper, restitution=0.6)
+        vi.RigidStop(row, -lower, upper, restitution=0.6)
         for row in ((-1.0, 1.0, 0.0), (-1.0, 0.0, 1.0))
     )
     return vi.Mechanism(
@@ -49,7 +49,7 @@ def two_balls(upper: float, lower: float, omega: float = 1.0) -> vi.Mechanism:
         damping=np.diag([0.04, 0.0, 0.0]),
         stiffness=np.diag([1.0, 0.0, 0.0]),
         forces=(vi.Harmonic(omega, (1.0, 0.0, 0.0)),),
-        contacts=contacts,
+        elements=contacts,
     )
 
 
@@ -398,11 +398,11 @@ def test_machines_without_impacts_are_within_a_decibel_of_each_other() -> None:
 def test_corners_whose_starts_are_all_behind_a_stop_do_not_hide_the_worst_motion() -> None:
     machine = vi.Mechanism(
         mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]],
-        forces=(vi.Harmonic(1.2, (1.0,)),), contacts=(vi.Contact((1.0,), upper=0.5),),
+        forces=(vi.Harmonic(1.2, (1.0,)),), elements=(vi.RigidStop((1.0,), upper=0.5),),
     )  # fmt: skip
     over = vi.worst_over(
         "omega", (1.1, 1.2), "x1", points=3, starts=1, settle_periods=20, periods=10,
-        spread={"contacts[0].upper": (-0.3, 0.5)},
+        spread={"elements[0].upper": (-0.3, 0.5)},
     )  # fmt: skip
     judge = judge_of(machine, over, ("damping[0][0]",))
     row = np.array([0.02])

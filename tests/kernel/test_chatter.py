@@ -169,7 +169,7 @@ def test_chatter_is_summed_where_the_change_of_the_push_is_lost(
     start = part * math.sqrt(UNIT * size / jerk) * push * (1.0 - restitution)
     shaken = replace(
         ball(restitution, gravity=size), forces=(vi.Harmonic(1.0, (size,)),),
-        contacts=(vi.Contact((1.0,), 1.0, math.inf, restitution),),
+        elements=(vi.RigidStop((1.0,), 1.0, math.inf, restitution),),
     )  # fmt: skip
     run = vi.simulate(shaken, vi.State((1.0,), (start,), phase), impacts=10**5, t_max=1.0)
     with mpmath.workdps(50):
@@ -191,7 +191,9 @@ def test_chatter_is_summed_where_it_leaves_the_stop_by_rounding(
 ) -> None:
     """A sum in one flight ends 2 R v^2 / (g (1 - R)^2) behind the stop: 2^-53 of 1 + 1 at most."""
     bound = math.sqrt(UNIT * 2.0 * 9.8) * (1.0 - restitution)
-    on_one = replace(ball(restitution), contacts=(vi.Contact((1.0,), 1.0, math.inf, restitution),))
+    on_one = replace(
+        ball(restitution), elements=(vi.RigidStop((1.0,), 1.0, math.inf, restitution),)
+    )
     run = vi.simulate(on_one, vi.State((1.0,), (part * bound,)), impacts=10**5, t_max=1.0)
     end = run.position[run.status == vi.Status.CHATTER][0, 0]
     assert abs(end - 1.0) <= 6.0 * UNIT  # 4 and a rounding

@@ -21,9 +21,9 @@ def pair(push: float, stiffness: float, stop: float) -> vi.Mechanism:
         damping=[[0.0, 0.0], [0.0, 0.0]],
         stiffness=[[0.0, 0.0], [0.0, stiffness]],
         constant_force=(-1.0, -push),
-        contacts=(
-            vi.Contact((1.0, 0.0), 1.0, math.inf, 0.5),
-            vi.Contact((0.0, 1.0), stop, math.inf, 0.5),
+        elements=(
+            vi.RigidStop((1.0, 0.0), 1.0, math.inf, 0.5),
+            vi.RigidStop((0.0, 1.0), stop, math.inf, 0.5),
         ),
     )
 
@@ -82,7 +82,7 @@ def test_chatter_is_not_summed_over_more_than_a_step_of_what_swings_beside_it(ra
     m = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.0, 0.0], [0.0, 0.0]],
         stiffness=[[0.0, 0.0], [0.0, rate**2]], constant_force=(-1e-20 * rate**2, 0.0),
-        contacts=(vi.Contact((1.0, 0.0), 1.0, math.inf, 0.5),),
+        elements=(vi.RigidStop((1.0, 0.0), 1.0, math.inf, 0.5),),
     )  # fmt: skip
     start = vi.State((1.0, 1.0), (4e-19 * rate, 0.0))  # the hops take 160 / rate in all
     run = vi.simulate(m, start, impacts=10**4, t_max=200.0 / rate)

@@ -121,7 +121,7 @@ def test_grazes_after_hundreds_of_rounds_are_reported(rate: float) -> None:
         limit = float(highest + exact(gap))
         m = vi.Mechanism(
             mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=np.diag([1.0, rate * rate]),
-            contacts=(vi.Contact(row=(1.0, -1.0), upper=limit, restitution=0.5),),
+            elements=(vi.RigidStop(row=(1.0, -1.0), upper=limit, restitution=0.5),),
         )  # fmt: skip
         event = first_event(m, vi.State((0.0, 0.0), (1.0, rate)), t_max=2.0 * beat)
         if abs(gap) < 32.0 * UNIT * 2.0 * limit:

@@ -109,7 +109,7 @@ def test_a_rigid_stop_compiled_without_elements_tells_its_force_at_rest_too() ->
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-g,),
         forces=(vi.Harmonic(w, (force,), (0.3,)),),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.0),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.0),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,), (0.0,), 0.7), t_max=30.0)
     t = np.linspace(0.0, 30.0, 40)[1:]
@@ -130,7 +130,7 @@ def test_forces_of_all_elements_add_up_to_the_change_of_momentum() -> None:
     run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=15.0)
     knots = np.union1d(0.0, run.time)
     nodes, weights = np.polynomial.legendre.leggauss(20)
-    rows, momentum = np.array([e.row for e in m.elements]), np.zeros(2)
+    rows, momentum = np.array([e.row for e in m.switching]), np.zeros(2)
     for a, b in itertools.pairwise(knots):
         for one in np.linspace(a, b, 9)[:-1]:  # pieces over which the quadrature is exact
             h = (b - a) / 16

@@ -109,8 +109,8 @@ def chain(seed: int, size: int, contacts: int, omegas: list[float]) -> vi.Mechan
     return vi.Mechanism(
         mass=np.eye(size).tolist(), damping=(0.05 * spring).tolist(), stiffness=spring.tolist(),
         forces=tuple(vi.Harmonic(w, tuple(rng.normal(size=size))) for w in omegas),
-        contacts=tuple(
-            vi.Contact(tuple(np.eye(size)[i]), upper=0.5 + 0.1 * rng.random(), restitution=0.6)
+        elements=tuple(
+            vi.RigidStop(tuple(np.eye(size)[i]), upper=0.5 + 0.1 * rng.random(), restitution=0.6)
             for i in range(contacts)
         ),
     )  # fmt: skip
@@ -132,10 +132,10 @@ def test_a_machine_of_twenty_coordinates_moves_as_its_halves() -> None:
             vi.Harmonic(f.omega, tuple([*f.sine, *n] if i == 0 else [*n, *f.sine]))
             for i, m in enumerate(halves) for f in m.forces
         ),
-        contacts=tuple(
-            vi.Contact(tuple([*c.row, *n] if i == 0 else [*n, *c.row]), upper=c.upper,
+        elements=tuple(
+            vi.RigidStop(tuple([*c.row, *n] if i == 0 else [*n, *c.row]), upper=c.upper,
                        restitution=0.6)
-            for i, m in enumerate(halves) for c in m.contacts
+            for i, m in enumerate(halves) for c in m.rigid_stops
         ),
     )  # fmt: skip
     zero = tuple([0.0] * 20)

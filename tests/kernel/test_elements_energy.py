@@ -48,12 +48,12 @@ def stored(r: Reference, z: Array) -> Array:
     x, v = z[: r.n], z[r.n : 2 * r.n]
     k = np.array(r.m.stiffness)
     total = 0.5 * np.sum(v * (r.mass @ v), axis=0) + 0.25 * np.sum(x * ((k + k.T) @ x), axis=0)
-    for e in r.m.elements:
+    for e in r.m.switching:
         if isinstance(e, vi.SoftStop):
             for side, limit in ((1, e.upper), (-1, e.lower)):
                 if np.isfinite(limit):
                     depth = np.maximum(-(r.within(e, side) @ z), 0.0)
-                    total = total + 0.5 * e.at_side(side)[1] * depth**2
+                    total = total + 0.5 * e.spring_at(side).stiffness * depth**2
     return np.asarray(total)
 
 
@@ -68,7 +68,7 @@ def powers(r: Reference, states: tuple[int, ...], z: Array) -> list[Array]:
         forces = forces + np.outer(line.sine, w[at]) + np.outer(line.cosine, w[at + 1])
     out = [np.sum(forces * v, axis=0)]
     margins = r.mode(states)[1]
-    for i, (e, q) in enumerate(zip((*m.contacts, *m.elements), states, strict=True)):
+    for i, (e, q) in enumerate(zip(m.elements, states, strict=True)):
         if isinstance(e, vi.RigidStop):
             if q != OPEN:  # a stop that moves pushes what rests on it
                 force = next(g.row for g in margins if g.number == i and g.resting) @ z
@@ -80,13 +80,13 @@ def powers(r: Reference, states: tuple[int, ...], z: Array) -> list[Array]:
                 depth, rate = -(r.within(e, side) @ z), side * (r.gap(e, 1) @ z)
                 if q == pressed:
                     moved = -side * (r.press(e, side) @ z) * (r.motion(e.motion, 1) @ z)
-                    out += [-e.at_side(side)[2] * rate**2, moved]
+                    out += [-e.spring_at(side).damping * rate**2, moved]
                 elif q == limited:  # the dashpot takes as much as the spring
-                    spring = e.at_side(side)[1] * depth
+                    spring = e.spring_at(side).stiffness * depth
                     moved = -side * 2.0 * spring * (r.motion(e.motion, 1) @ z)
                     out += [-spring * rate, moved]
                 elif q == behind:  # the spring is let go: the dashpot of the stop takes it
-                    out.append(e.at_side(side)[1] * depth * rate)
+                    out.append(e.spring_at(side).stiffness * depth * rate)
         else:
             belt = r.one(e.row, True) @ z - r.slip(e) @ z
             if q == STICK:
@@ -100,7 +100,7 @@ def powers(r: Reference, states: tuple[int, ...], z: Array) -> list[Array]:
 
 def struck(r: Reference, contact: int, before: Array, after: Array) -> float:
     """What an impact takes, less what a moving stop gives."""
-    c = r.m.contacts[contact]
+    c = r.m.rigid_stops[contact]
     row = np.array(c.row)
     wall = r.motion(c.motion, 1) @ before
     speed = r.gap(c, 1) @ before

@@ -39,7 +39,7 @@ def one(
     """A mass above a stop; lines are frequencies and forces."""
     return vi.Mechanism(
         mass=[[mass]], damping=[[damping]], stiffness=[[stiffness]], constant_force=(constant,),
-        contacts=(vi.Contact((1.0,), lower, upper, restitution),),
+        elements=(vi.RigidStop((1.0,), lower, upper, restitution),),
         forces=tuple(vi.Harmonic(omega, (f,), (0.3 * f,)) for omega, f in lines),
     )  # fmt: skip
 
@@ -59,7 +59,7 @@ def two(
 
     return vi.Mechanism(
         mass=[[masses[0], 0.0], [0.0, masses[1]]], damping=chain(dashpots), stiffness=chain(springs),
-        constant_force=(0.0, constant), contacts=(vi.Contact((-1.0, 1.0), 0.0, upper, restitution),),
+        constant_force=(0.0, constant), elements=(vi.RigidStop((-1.0, 1.0), 0.0, upper, restitution),),
         forces=tuple(vi.Harmonic(omega, (f, 0.2 * f), (0.3 * f, 0.0)) for omega, f in lines),
     )  # fmt: skip
 
@@ -139,7 +139,7 @@ def check_flights(m: vi.Mechanism, start: vi.State, run: vi.Run) -> None:
             [abs(real(a - fixed(b))) for a, b in zip(states[-1], found, strict=False)]
         )
         behind = 0.0
-        for contact in m.contacts:
+        for contact in m.rigid_stops:
             u = paths[1:, :n] @ contact.row
             behind = max(behind, (contact.lower - u).max(), (u - contact.upper).max())
         allowed = ACCURATE * np.repeat([place, speed], n)
@@ -274,9 +274,9 @@ def test_a_resonance_of_a_machine_on_its_stops_is_no_set_that_cannot_be_compiled
         mass=unit, damping=np.zeros((3, 3)), constant_force=(0.0, -50.0, -50.0),
         stiffness=[[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]],
         forces=(vi.Harmonic(omega, (1.0, 0.0, 0.0)),),
-        contacts=(vi.Contact(tuple(unit[1]), lower=0.0, restitution=0.0),
-                  vi.Contact(tuple(unit[2]), lower=0.0, restitution=0.0),
-                  vi.Contact(tuple(unit[0]), upper=1e6, restitution=0.5)),
+        elements=(vi.RigidStop(tuple(unit[1]), lower=0.0, restitution=0.0),
+                  vi.RigidStop(tuple(unit[2]), lower=0.0, restitution=0.0),
+                  vi.RigidStop(tuple(unit[0]), upper=1e6, restitution=0.5)),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0, 0.1, 0.1), (0.0, 0.0, 0.0)), t_max=50.0)
     assert run.end is vi.RunEnd.HORIZON
@@ -286,7 +286,7 @@ def test_a_resonance_grows_until_it_meets_a_stop() -> None:
     """x'' + x = 2 cos t from rest is t sin t."""
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
-        contacts=(vi.Contact((1.0,), upper=2.5 * math.pi, restitution=0.5),),
+        elements=(vi.RigidStop((1.0,), upper=2.5 * math.pi, restitution=0.5),),
         forces=(vi.Harmonic(1.0, (0.0,), (2.0,)),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,), (0.0,)), impacts=1)

@@ -117,7 +117,7 @@ def test_friction_under_the_force_of_a_soft_stop_is_the_same_as_its_load() -> No
 
 def test_an_active_stop_returns_more_than_it_takes() -> None:
     bumper = vi.RigidStop((1.0,), upper=1.0, restitution=1.5, active=True)
-    m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], contacts=(bumper,))
+    m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], elements=(bumper,))
     run = vi.simulate(m, vi.State((0.0,), (2.0,)), impacts=10)
     np.testing.assert_allclose(run.rate_after, -1.5 * run.rate_before, rtol=ULPS)
 

@@ -177,8 +177,8 @@ def test_a_mass_that_friction_held_on_a_stop_is_pressed_on_it_again(mass: float)
     constant, sine, cosine, omega, phase, level = -0.79, 0.047, -0.573, 0.319, 1.744, 0.226
     m = vi.Mechanism(
         mass=[[mass]], damping=[[0.0]], stiffness=[[0.47]], constant_force=(constant,),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.5),),
-        elements=(vi.Friction((1.0,), level),), forces=(vi.Harmonic(omega, (sine,), (cosine,)),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.5), vi.Friction((1.0,), level)),
+        forces=(vi.Harmonic(omega, (sine,), (cosine,)),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,), (0.0,), phase), t_max=6.0)
     assert run.end is vi.RunEnd.HORIZON

@@ -72,8 +72,8 @@ def test_impacts_happen_on_the_stops(name: str, omega: float) -> None:
     assert np.abs(u - side * d.half_clearance).max() <= 64.0 * UNIT * 100.0
 
 
-def _another_touches(m: vi.Mechanism, contact: vi.Contact, x: np.ndarray) -> bool:
-    others = [c for c in m.contacts if c is not contact]
+def _another_touches(m: vi.Mechanism, contact: vi.RigidStop, x: np.ndarray) -> bool:
+    others = [c for c in m.rigid_stops if c is not contact]
     return any(min(c.upper - np.dot(c.row, x), np.dot(c.row, x) - c.lower) < 1e-9 for c in others)
 
 
@@ -88,7 +88,7 @@ def test_impulse_acts_along_the_contact_and_loses_the_right_energy(
     run = vi.simulate(m, vi.State((0.0,) * n, (1.0,) * n), impacts=20, t_max=200.0)
     mass = np.array(m.mass)
     for i in np.flatnonzero(run.status == vi.Status.IMPACT):
-        contact = m.contacts[run.contact[i]]
+        contact = m.rigid_stops[run.contact[i]]
         if _another_touches(m, contact, run.position[i]):
             continue  # it takes an impulse too: tests/kernel/test_resting.py
         row, v = np.array(contact.row), run.velocity_before[i]
@@ -106,7 +106,7 @@ def test_impulse_acts_along_the_contact_and_loses_the_right_energy(
 def test_each_stop_has_its_own_restitution() -> None:
     m = vi.Mechanism(
         mass=[[2.0]], damping=[[0.0]], stiffness=[[0.0]],
-        contacts=(vi.Contact((1.0,), -1.0, 1.0, (0.25, 0.5)),),
+        elements=(vi.RigidStop((1.0,), -1.0, 1.0, (0.25, 0.5)),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,), (1.0,)), impacts=4)
     np.testing.assert_array_equal(run.side, [1, -1, 1, -1])

@@ -109,9 +109,9 @@ def test_turning_a_contact_row_exchanges_its_stops(
     case: tuple[str, float], v1: float, v2: float
 ) -> None:
     m = paper_damper(*case).mechanism
-    c = m.contacts[0]
+    c = m.rigid_stops[0]
     turned = replace(
-        m, contacts=(vi.Contact(tuple(-x for x in c.row), -c.upper, -c.lower, c.restitutions),)
+        m, elements=(vi.RigidStop(tuple(-x for x in c.row), -c.upper, -c.lower, c.restitutions),)
     )
     start = vi.State((0.5, 0.25), (v1, v2), 0.4)
     run, other = vi.simulate(m, start, impacts=80), vi.simulate(turned, start, impacts=80)
@@ -176,7 +176,7 @@ def test_unforced_energy_never_grows(seed: int, n: int, contacts: int) -> None:
 def section_basis(m: vi.Mechanism, contact: int) -> tuple[Any, Any]:
     """A direction across the contact's stop on which u grows by one, and a basis along it."""
     n = m.degrees
-    row = np.array(m.contacts[contact].row)
+    row = np.array(m.rigid_stops[contact].row)
     across = np.zeros(2 * n + len(m.forces))
     across[:n] = row / (row @ row)
     along = np.linalg.svd(row[None, :])[2][1:]
@@ -206,7 +206,7 @@ def exact_volume(m: vi.Mechanism, run: vi.Run, leaving: float) -> float:
         sigma_N / sigma_0 = (g0'+ / gN'+) prod R_i^2 exp(-T tr(M^-1 C))
     """
     restitutions = [
-        m.contacts[c].restitutions[1 if s > 0 else 0]
+        m.rigid_stops[c].restitutions[1 if s > 0 else 0]
         for c, s in zip(run.contact, run.side, strict=True)
     ]
     trace = np.trace(np.linalg.solve(np.array(m.mass), np.array(m.damping)))
@@ -231,7 +231,7 @@ def determinant_error(m: vi.Mechanism, start: vi.State, impacts: int) -> float |
         for x, v, p in zip(run.position, run.velocity_after, run.phase, strict=True)
     ]
     side = float(first.side[0])
-    leaving = -side * float(np.dot(m.contacts[contacts[0]].row, begin.velocity))
+    leaving = -side * float(np.dot(m.rigid_stops[contacts[0]].row, begin.velocity))
     volume, condition = section_map(m, begin, (contacts[0], contacts[-1]), impacts)
     condition += sum(
         section_map(m, states[i], (contacts[i], contacts[i + 1]), 1)[1] for i in range(impacts)

@@ -78,7 +78,7 @@ def test_one_contact_is_a_spring_of_twice_the_stiffness_then_a_dashpot_beside_it
     np.testing.assert_allclose(run.time[:4] - 1.0, wanted[0], atol=allowed)
     np.testing.assert_allclose(side * run.position[:4, 0], wanted[1], atol=allowed)
     np.testing.assert_allclose(side * run.velocity_after[:4, 0], wanted[2], atol=allowed)
-    pressed, behind, limited = (s for s in S if s.side == side)
+    pressed, behind, limited = (s for s in S if stop.side_of(s) == side)
     assert run.states[:4, 0].tolist() == [limited, pressed, behind, S.OPEN]
     assert list(run.status[:4]) == [vi.Status.ENGAGE, *[vi.Status.CHANGE] * 3]
     assert run.side[0] == side

@@ -162,7 +162,7 @@ def test_every_net_is_refused_by_name_or_moves_by_its_equations() -> None:
         run = from_rest(m, 6.0)
         assert run.end is vi.RunEnd.HORIZON, seed
         ended += 1
-        rows = np.array([e.row for e in m.elements])
+        rows = np.array([e.row for e in m.switching])
         times = np.array([0.0, *run.time, 6.0])
         for a, b in itertools.pairwise(times):
             t = (a + b) / 2.0 + (b - a) / 2.0 * nodes
@@ -171,7 +171,7 @@ def test_every_net_is_refused_by_name_or_moves_by_its_equations() -> None:
             load = np.outer(np.sin(m.omega * t), m.forces[0].sine)
             left = v @ net["damping"] + x @ net["stiffness"] - forces @ rows - load
             assert np.abs(left[:, 1:]).max() < 1e-11, seed
-            for e, force in zip(m.elements, forces.T, strict=True):
+            for e, force in zip(m.switching, forces.T, strict=True):
                 if isinstance(e, vi.Friction):
                     assert np.abs(force).max() <= e.kinetic + 1e-11, seed
                     assert (force * (v @ e.row)).max() < 1e-11, seed
@@ -272,7 +272,7 @@ def in_unit(m: vi.Mechanism, at: int, unit: float) -> vi.Mechanism:
     s = np.diag([unit if i == at else 1.0 for i in range(m.degrees)])
     return vi.Mechanism(
         mass=m.mass, damping=s @ m.damping @ s, stiffness=s @ m.stiffness @ s, forces=m.forces,
-        elements=tuple(replace(e, row=tuple(e.row @ s)) for e in m.elements), constant_force=m.constant_force,
+        elements=tuple(replace(e, row=tuple(e.row @ s)) for e in m.switching), constant_force=m.constant_force,
     )  # fmt: skip
 
 

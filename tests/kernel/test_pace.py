@@ -19,7 +19,7 @@ def ball(
 ) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[damping]], stiffness=[[stiffness]], constant_force=(-9.8,),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=restitution),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=restitution),),
         forces=(vi.Harmonic(omega, (1.0,), (0.5,)),),
     )  # fmt: skip
 
@@ -75,13 +75,13 @@ def test_a_machine_without_a_rate_takes_its_step_from_its_start(rate: float) -> 
     """Between two stops at the speed 2 rate; a falling ball; a block that friction stops."""
     between = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
-        contacts=(vi.Contact((1.0,), lower=-1.0, upper=1.0, restitution=1.0),),
+        elements=(vi.RigidStop((1.0,), lower=-1.0, upper=1.0, restitution=1.0),),
     )  # fmt: skip
     run = vi.simulate(between, vi.State((0.0,), (2.0 * rate,)), impacts=5)
     np.testing.assert_allclose(run.time * rate, 0.5 + np.arange(5.0), rtol=1e-14)
     falling = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-rate * rate,),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=1.0),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=1.0),),
     )  # fmt: skip
     run = vi.simulate(falling, vi.State((0.5,), (0.0,)), impacts=5)
     np.testing.assert_allclose(run.time * rate, 1.0 + 2.0 * np.arange(5.0), rtol=1e-13)
@@ -97,7 +97,7 @@ def test_a_machine_without_a_rate_takes_its_step_from_its_start(rate: float) -> 
 def test_members_of_a_sweep_have_the_bits_of_their_runs_at_any_pace() -> None:
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-9.8,),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.9),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.9),),
     )  # fmt: skip
     heights = [1e-9, 1e-3, 0.1, 1.0, 1e4]
     start = vi.State((1.0,), (0.0,))
@@ -115,7 +115,7 @@ def test_a_start_next_to_a_stop_moves_as_one_on_it(near: float, speed: float, so
     """What is left of a start of rounding's size is no length of the machine."""
     stop = (
         {"elements": (vi.SoftStop((1.0,), upper=0.0, stiffness=20.0, damping=0.1),)} if soft
-        else {"contacts": (vi.Contact((1.0,), upper=0.0, restitution=0.7),)}
+        else {"elements": (vi.RigidStop((1.0,), upper=0.0, restitution=0.7),)}
     )  # fmt: skip
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(4.0, (1.0,)),), **stop

@@ -33,8 +33,8 @@ def state_after(run: vi.Run, i: int) -> vi.State:
 
 def walled() -> vi.Mechanism:
     """The impact damper, its main mass before a wall that it does not reach."""
-    wall = vi.Contact((1.0, 0.0), -np.inf, 1.5, 0.5)
-    return replace(DAMPER.mechanism, contacts=(*DAMPER.mechanism.contacts, wall))
+    wall = vi.RigidStop((1.0, 0.0), -np.inf, 1.5, 0.5)
+    return replace(DAMPER.mechanism, elements=(*DAMPER.mechanism.elements, wall))
 
 
 def two_stops() -> vi.Mechanism:
@@ -44,9 +44,9 @@ def two_stops() -> vi.Mechanism:
         damping=[[0.1, 0.0], [0.0, 0.1]],
         stiffness=[[1.1, -0.1], [-0.1, 2.1]],
         forces=(vi.Harmonic(1.7, (2.0, 1.5)),),
-        contacts=(
-            vi.Contact((1.0, 0.0), lower=-0.3, upper=np.inf, restitution=0.6),
-            vi.Contact((0.0, 1.0), lower=-0.4, upper=np.inf, restitution=0.7),
+        elements=(
+            vi.RigidStop((1.0, 0.0), lower=-0.3, upper=np.inf, restitution=0.6),
+            vi.RigidStop((0.0, 1.0), lower=-0.4, upper=np.inf, restitution=0.7),
         ),
     )
 
@@ -56,7 +56,7 @@ def pushed_ball() -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.15]], stiffness=[[1.0]], constant_force=(-0.3,),
         forces=(vi.Harmonic(2.1, (2.0,)),),
-        contacts=(vi.Contact((1.0,), lower=-0.1, upper=np.inf, restitution=0.6),),
+        elements=(vi.RigidStop((1.0,), lower=-0.1, upper=np.inf, restitution=0.6),),
     )  # fmt: skip
 
 
@@ -136,8 +136,8 @@ def loaded(brake: float, pull: float, row: float) -> vi.Mechanism:
         stiffness=free.stiffness,
         forces=free.forces,
         constant_force=(0.0, pull),
-        contacts=(
-            vi.Contact((-1.0, row), -5.0 if row else -1.0, 5.0 if row else np.inf, 0.8),
+        elements=(
+            vi.RigidStop((-1.0, row), -5.0 if row else -1.0, 5.0 if row else np.inf, 0.8),
         ),
     )  # fmt: skip
 

@@ -31,7 +31,7 @@ def pressed() -> vi.Mechanism:
         stiffness=[[1.5, -0.4], [-0.4, 0.9]],
         forces=(vi.Harmonic(OMEGA, LIFT),),
         constant_force=(-1.1, -0.9),
-        contacts=tuple(vi.Contact(row, 0.0, np.inf, 0.5) for row in ((1.0, 0.0), (0.0, 1.0))),
+        elements=tuple(vi.RigidStop(row, 0.0, np.inf, 0.5) for row in ((1.0, 0.0), (0.0, 1.0))),
     )
 
 
@@ -41,7 +41,7 @@ class Constrained:
     def __init__(self, m: vi.Mechanism, closed: tuple[int, ...]) -> None:
         self.m, self.closed = m, list(closed)
         n, k = m.degrees, len(closed)
-        rows = np.array([m.contacts[i].row for i in closed]).reshape(k, n)
+        rows = np.array([m.rigid_stops[i].row for i in closed]).reshape(k, n)
         self.saddle = np.block([[np.array(m.mass), -rows.T], [rows, np.zeros((k, k))]])
 
     def solve(self, t: float, z: NDArray[Any]) -> NDArray[Any]:
@@ -108,7 +108,7 @@ def test_bodies_that_come_to_rest_together_go_on() -> None:
         assert run.end in (vi.RunEnd.IMPACTS, vi.RunEnd.HORIZON), seed
         through += run.end == vi.RunEnd.HORIZON
         assert np.all(run.rate_before[run.status == vi.Status.IMPACT] < 0.0), seed
-        gaps = run.position[:, : len(mechanism.contacts)]
+        gaps = run.position[:, : len(mechanism.rigid_stops)]
         assert gaps.min() > -1e-12, seed
     assert through >= 48
 
@@ -132,8 +132,8 @@ def test_contacts_held_stay_on_their_stops_between_events(damping: str) -> None:
         mechanism, state = unbuilt(seed, damping)
         run = vi.simulate(mechanism, state, impacts=3000, t_max=60.0)
         x, _ = run.at(np.linspace(0.0, run.time[-1], 6001))
-        assert x[:, : len(mechanism.contacts)].min() > -1e-11, seed
-        left += len(mechanism.contacts) > 2 and vi.Status.RELEASE in run.status
+        assert x[:, : len(mechanism.rigid_stops)].min() > -1e-11, seed
+        left += len(mechanism.rigid_stops) > 2 and vi.Status.RELEASE in run.status
     assert left > 5
 
 
@@ -153,7 +153,7 @@ def test_extremes_of_contacts_at_rest_are_their_stops(seed: int, damping: str) -
     mechanism, state = heavy(seed, damping)
     found = Case(mechanism, state, 0.0, 30.0).member("extremes", "shares")
     assert found["share_at_rest"] > (0.01 if damping == "none" else 0.1)
-    assert found["x_smallest"][: len(mechanism.contacts)].min() > -1e-11
+    assert found["x_smallest"][: len(mechanism.rigid_stops)].min() > -1e-11
 
 
 @DAMPED
@@ -195,7 +195,7 @@ def test_contacts_that_all_tie_are_decided_together(seed: int) -> None:
         stiffness=(0.1 * np.eye(3)).tolist(),
         forces=(vi.Harmonic(1.0, tuple(force)),),  # zero at first, its rate is not
         constant_force=(-8.0, 0.0, 0.0),
-        contacts=tuple(vi.Contact(tuple(row), 0.0, np.inf, 0.5) for row in np.eye(3)),
+        elements=tuple(vi.RigidStop(tuple(row), 0.0, np.inf, 0.5) for row in np.eye(3)),
     )
     run = vi.simulate(m, vi.State((0.0,) * 3, (0.0,) * 3), t_max=0.1)
     jerks = jerks_of(mass, force)
@@ -211,8 +211,8 @@ def test_contacts_that_all_tie_are_decided_together(seed: int) -> None:
 
 def impulses(m: vi.Mechanism, touching: list[int], v: NDArray[Any]) -> NDArray[Any]:
     """Moreau's law as a least squares problem with p >= 0, from which v+ follows."""
-    rows = np.array([m.contacts[i].row for i in touching])
-    keep = 1.0 + np.array([m.contacts[i].restitutions[0] for i in touching])
+    rows = np.array([m.rigid_stops[i].row for i in touching])
+    keep = 1.0 + np.array([m.rigid_stops[i].restitutions[0] for i in touching])
     half = np.linalg.cholesky(np.linalg.inv(np.array(m.mass))).T @ rows.T  # A = half^T half
     target = -np.linalg.lstsq(half.T, keep * (rows @ v), rcond=None)[0]
     return rows.T @ nnls(half, target)[0]
@@ -224,7 +224,7 @@ def test_an_impact_beside_contacts_at_rest_follows_moreaus_law() -> None:
         m, state = heavy(seed)
         run = vi.simulate(m, state, impacts=300, t_max=200.0)
         for i in np.flatnonzero(np.isin(run.status, [vi.Status.IMPACT, vi.Status.SIMULTANEOUS])):
-            gaps, v = run.position[i, : len(m.contacts)], run.velocity_before[i]
+            gaps, v = run.position[i, : len(m.rigid_stops)], run.velocity_before[i]
             near = np.flatnonzero(gaps < 1e-8)
             at_rest = (gaps[near] < 1e-13) & (abs(v[near]) < 1e-13)
             if len(near) < 2 or not np.all(at_rest | (near == run.contact[i])):
@@ -248,7 +248,7 @@ def test_contacts_at_rest_that_depend_on_each_other_hold_each_other() -> None:
             stiffness=np.eye(3).tolist(),
             forces=(vi.Harmonic(1.0, tuple(rng.normal(size=3))),),
             constant_force=tuple(-2.0 * rows.sum(axis=0)),
-            contacts=tuple(vi.Contact(tuple(row), 0.0, np.inf, 0.5) for row in rows),
+            elements=tuple(vi.RigidStop(tuple(row), 0.0, np.inf, 0.5) for row in rows),
         )
         run = vi.simulate(mechanism, vi.State((0.0,) * 3, (0.0,) * 3), impacts=3000, t_max=10.0)
         assert run.end in (vi.RunEnd.HORIZON, vi.RunEnd.IMPACTS), seed
@@ -263,13 +263,13 @@ def test_a_contact_that_follows_from_others_changes_nothing(damping: str) -> Non
     for seed in range(20):
         m, _ = heavy(seed, damping)
         rng, n = np.random.default_rng(seed), m.degrees
-        rows = np.array([c.row for c in m.contacts])
+        rows = np.array([c.row for c in m.rigid_stops])
         weights = rng.uniform(0.2, 2.0, len(rows)) if seed % 2 else np.eye(len(rows))[0]
-        stops = [vi.Contact(tuple(row), 0.0, np.inf, 0.5) for row in rows]
-        more = vi.Contact(tuple(weights @ rows), 0.0, np.inf, 0.5)
+        stops = [vi.RigidStop(tuple(row), 0.0, np.inf, 0.5) for row in rows]
+        more = vi.RigidStop(tuple(weights @ rows), 0.0, np.inf, 0.5)
         rest = vi.State((0.0,) * n, (0.0,) * n, phase=rng.uniform(0.0, 6.0))
         alone, beside = (
-            vi.simulate(replace(m, contacts=tuple(some)), rest, impacts=3000, t_max=4.0)
+            vi.simulate(replace(m, elements=tuple(some)), rest, impacts=3000, t_max=4.0)
             for some in (stops, rng.permutation([*stops, more]))
         )
         through += beside.end is alone.end is vi.RunEnd.HORIZON  # or chatter uses up impacts

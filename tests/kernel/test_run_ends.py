@@ -27,7 +27,7 @@ def one_body(
     """x'' + c x' + k x = push beside its stops."""
     return vi.Mechanism(
         mass=[[1.0]], damping=[[damping]], stiffness=[[stiffness]], constant_force=(push,),
-        contacts=(vi.Contact((1.0,), lower, upper, restitution),),
+        elements=(vi.RigidStop((1.0,), lower, upper, restitution),),
     )  # fmt: skip
 
 
@@ -85,7 +85,7 @@ def test_a_start_beyond_the_largest_size_has_diverged_at_once(
 def test_a_clearance_lost_in_the_rounding_of_its_bodies_has_diverged() -> None:
     m = vi.Mechanism(
         mass=np.eye(2), damping=-0.2 * np.eye(2), stiffness=[[2.0, -1.0], [-1.0, 2.0]],
-        contacts=(vi.Contact((-1.0, 1.0), -1.0, 1.0, 0.5),),
+        elements=(vi.RigidStop((-1.0, 1.0), -1.0, 1.0, 0.5),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((1.0, 1.5), (0.3, 0.0)), impacts=10**6)
     assert run.end is RunEnd.DIVERGED
@@ -102,8 +102,8 @@ def test_whatever_grows_ends_with_finite_numbers(seed: int) -> None:
     m = vi.Mechanism(
         mass=np.eye(n), damping=0.3 * c, stiffness=k,
         forces=(vi.Harmonic(float(random.uniform(0.5, 2.0)), tuple(random.normal(size=n))),),
-        contacts=tuple(
-            vi.Contact(tuple(random.normal(size=n)), -0.5, 0.7, 0.6) for _ in range(n)
+        elements=tuple(
+            vi.RigidStop(tuple(random.normal(size=n)), -0.5, 0.7, 0.6) for _ in range(n)
         ),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,) * n, tuple(random.normal(size=n))), impacts=300)
@@ -137,7 +137,7 @@ def drifting(clearance: float, omega: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 0.1]], damping=[[0.3, 0.0], [0.0, 0.0]],
         stiffness=[[1.5, 0.0], [0.0, 0.0]], forces=(vi.Harmonic(omega, (1.0, 0.0)),),
-        contacts=(vi.Contact((-1.0, 1.0), -clearance, clearance, 0.5),),
+        elements=(vi.RigidStop((-1.0, 1.0), -clearance, clearance, 0.5),),
     )  # fmt: skip
 
 
@@ -249,8 +249,8 @@ def random_mechanism(random: np.random.Generator, top: float, far: int) -> vi.Me
     return vi.Mechanism(
         mass=low @ low.T, damping=(c + c.T) / 2, stiffness=(k + k.T) / 2,
         forces=(vi.Harmonic(1.9, force),),
-        contacts=tuple(
-            vi.Contact(tuple(row), *limit, 0.7) for row, limit in zip(rows, limits, strict=True)
+        elements=tuple(
+            vi.RigidStop(tuple(row), *limit, 0.7) for row, limit in zip(rows, limits, strict=True)
         ),
     )  # fmt: skip
 

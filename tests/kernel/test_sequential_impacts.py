@@ -30,7 +30,7 @@ def row_of(
     rows += [tuple(-float(j == n - 1) for j in range(n))] if floor else []
     return vi.Mechanism(
         mass=np.diag(masses), damping=np.zeros((n, n)), stiffness=stiffness * np.diag(masses),
-        contacts=tuple(vi.Contact(row, lower=0.0, restitution=restitution) for row in rows),
+        elements=tuple(vi.RigidStop(row, lower=0.0, restitution=restitution) for row in rows),
         impact_law=law,
     )  # fmt: skip
 
@@ -174,7 +174,7 @@ def test_files_keep_the_law(tmp_path: Path) -> None:
     path.write_text(
         "[mechanism]\nmass = [[1.0, 0.0], [0.0, 1.0]]\ndamping = [[0.0, 0.0], [0.0, 0.0]]\n"
         'stiffness = [[0.0, 0.0], [0.0, 0.0]]\nimpact_law = "sequential"\n'
-        "[[mechanism.contacts]]\nrow = [-1.0, 1.0]\nlower = 0.0\n"
+        '[[mechanism.elements]]\nkind = "rigid_stop"\nrow = [-1.0, 1.0]\nlower = 0.0\n'
     )
     assert read_case(path).system == m
     with pytest.raises(vi.InvalidParameterError, match="impact_law = 'poisson': must be"):

@@ -62,8 +62,8 @@ def test_a_ball_on_a_stiff_soft_stop_bounces_up_to_t_max(stiffness: float) -> No
 
 @pytest.mark.parametrize("rate", FAST)
 def test_a_mode_that_has_died_out_sets_no_step_of_a_ball_on_a_rigid_stop(rate: float) -> None:
-    contact = vi.Contact((1.0, 0.0), lower=0.0, restitution=0.6)
-    m = beside_a_dashpot(rate, force=-GRAVITY, contacts=(contact,))
+    contact = vi.RigidStop((1.0, 0.0), lower=0.0, restitution=0.6)
+    m = beside_a_dashpot(rate, force=-GRAVITY, elements=(contact,))
     run = vi.simulate(m, vi.State((1.0, 0.0), (0.0, 1.0)), t_max=10.0)
     hit = FALL + 2.0 * FALL * np.cumsum([0.0, *(0.6**k for k in range(1, 20))])
     assert run.end is RunEnd.HORIZON
@@ -84,8 +84,8 @@ def test_a_mode_that_has_died_out_sets_no_step_of_a_ball_on_a_soft_stop(rate: fl
 
 @pytest.mark.parametrize("rate", FAST)
 def test_a_mode_that_has_died_out_costs_a_slow_oscillator_no_digits(rate: float) -> None:
-    contact = vi.Contact((1.0, 0.0), lower=-0.5, restitution=1.0)
-    m = beside_a_dashpot(rate, stiffness=1.0, contacts=(contact,))
+    contact = vi.RigidStop((1.0, 0.0), lower=-0.5, restitution=1.0)
+    m = beside_a_dashpot(rate, stiffness=1.0, elements=(contact,))
     run = vi.simulate(m, vi.State((1.0, 0.0), (0.0, 1.0)), t_max=40.0)
     third = 2.0 * math.pi / 3.0  # cos t = -1/2; an elastic stop turns the motion back
     hit = third * np.arange(1, 40 / third, 2)
@@ -99,7 +99,7 @@ def test_a_mode_that_has_died_out_costs_a_slow_oscillator_no_digits(rate: float)
 def test_t_max_is_reached_where_nothing_can_happen() -> None:
     free = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
-        contacts=(vi.Contact((1.0,), lower=-1.0, upper=1.0),),
+        elements=(vi.RigidStop((1.0,), lower=-1.0, upper=1.0),),
     )  # fmt: skip
     slow = vi.simulate(free, vi.State((0.0,), (1e-15,)), t_max=1e7)
     assert slow.end is RunEnd.HORIZON
@@ -171,9 +171,9 @@ def random_machine(rng: np.random.Generator) -> tuple[vi.Mechanism, vi.State]:
         mass=np.diag(10.0 ** rng.uniform(-2, 2, n)).tolist(),
         damping=semidefinite(3.0), stiffness=semidefinite(2.0),
         constant_force=tuple(rng.normal(size=n) * (rng.random() < 0.5)),
-        forces=forces if rng.random() < 0.7 else (), elements=tuple(elements),
-        contacts=tuple(vi.Contact(tuple(np.eye(n)[i]), lower=-2.0, upper=2.0, restitution=rng.random())
-                       for i in range(n) if not i or rng.random() < 0.7),
+        forces=forces if rng.random() < 0.7 else (),
+        elements=(*(vi.RigidStop(tuple(np.eye(n)[i]), lower=-2.0, upper=2.0, restitution=rng.random())
+                    for i in range(n) if not i or rng.random() < 0.7), *elements),
     )  # fmt: skip
     return m, vi.State(tuple(0.5 * rng.normal(size=n).clip(-3, 3)), tuple(rng.normal(size=n)))
 
@@ -207,13 +207,13 @@ def test_a_run_is_silent_where_the_forced_motion_stays_within_the_clearance(seed
     offset, side = 0.3 * rng.normal(), float(rng.choice([-1.0, 1.0]))
     response = 1.0 / complex(k - w * w, c * w)  # x = offset / k + Im(response exp(i w t))
     start = vi.State((offset / k + response.imag,), (w * response.real,))
-    for part in (vi.Contact, vi.SoftStop):
+    for part in (vi.RigidStop, vi.SoftStop):
         for beyond in (1.001, 0.999):
             limit = offset / k + side * abs(response) * beyond
             bounds = {"upper" if side > 0 else "lower": limit}
             stop: dict[str, object] = (
-                {"contacts": (vi.Contact((1.0,), restitution=0.5, **bounds),)}
-                if part is vi.Contact
+                {"elements": (vi.RigidStop((1.0,), restitution=0.5, **bounds),)}
+                if part is vi.RigidStop
                 else {"elements": (vi.SoftStop((1.0,), stiffness=30.0, damping=0.2, **bounds),)}
             )
             m = vi.Mechanism(
@@ -227,7 +227,7 @@ def test_a_run_is_silent_where_the_forced_motion_stays_within_the_clearance(seed
 def test_what_moves_away_from_all_stops_or_rests_is_silent() -> None:
     away = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.5),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.5),),
     )  # fmt: skip
     assert vi.simulate(away, vi.State((1.0,), (2.0,))).end is RunEnd.SILENT
     bounced = vi.simulate(away, vi.State((1.0,), (-2.0,)))
@@ -246,7 +246,7 @@ def test_silence_that_is_not_proved_is_quiet() -> None:
     forces = (vi.Harmonic(1.0, (-0.5,)), vi.Harmonic(3.0, (-8.5 * 0.5,)))
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.5]], forces=forces,
-        contacts=(vi.Contact((1.0,), lower=-1.4, upper=1.4),),
+        elements=(vi.RigidStop((1.0,), lower=-1.4, upper=1.4),),
     )  # fmt: skip
     forced = vi.State((0.0,), (1.0 + 1.5,))
     run = vi.simulate(m, forced)
@@ -267,7 +267,7 @@ def test_a_slow_ball_is_followed_to_a_soft_stop_without_t_max() -> None:
 def test_members_of_sweeps_end_where_runs_do(kind: str) -> None:
     parts: dict[str, dict[str, object]] = {
         "soft": {"elements": (vi.SoftStop((1.0, 0.0), lower=0.0, stiffness=1e4),)},
-        "rigid": {"contacts": (vi.Contact((1.0, 0.0), lower=0.0, restitution=0.9),)},
+        "rigid": {"elements": (vi.RigidStop((1.0, 0.0), lower=0.0, restitution=0.9),)},
         "held": {"elements": (vi.Friction((1.0, 0.0), 10.0),)},
     }
     m = beside_a_dashpot(1e9, force=-GRAVITY, **parts[kind])

@@ -106,7 +106,7 @@ def test_a_slider_may_be_on_either_side_of_its_spring() -> None:
     ground = with_slider(1.0, 0.5, stop, spring=4.0, k=0.3, c=0.1, forces=force)
     mass = vi.Mechanism(
         mass=ground.mass, damping=ground.damping, stiffness=[[0.3, 0.0], [0.0, 4.0]], forces=force,
-        elements=(ground.elements[0], vi.Friction((1.0, -1.0), 0.5)),
+        elements=(ground.switching[0], vi.Friction((1.0, -1.0), 0.5)),
     )  # fmt: skip
     start = vi.State((0.0, 0.0), (0.5, 0.0))
     a, b = (vi.simulate(m, start, t_max=15.0, impacts=1000) for m in (ground, mass))
@@ -137,7 +137,7 @@ def test_a_belt_carries_a_slider_up_to_its_level() -> None:
     k, level, speed = 2.0, 0.3, 0.1
     m = with_slider(1.0, level, vi.SoftStop((1.0, 0.0), upper=9.0), spring=0.0, k=1.0, belt=speed)
     held = vi.Mechanism(mass=m.mass, damping=m.damping, stiffness=[[1.0, 0.0], [0.0, k]],
-                        elements=m.elements)  # fmt: skip
+                        elements=m.switching)  # fmt: skip
     run = vi.simulate(held, vi.State((0.0, 0.0), (0.0, 0.0)), t_max=5.0)
     np.testing.assert_allclose(run.time[0], level / k / speed, rtol=ULPS)
     np.testing.assert_allclose(run.last.position, [0.0, level / k], atol=1e2 * ULPS)

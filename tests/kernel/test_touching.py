@@ -34,8 +34,8 @@ def chain(
         damping=np.zeros((n, n)),
         stiffness=np.diag([m * w * w for m, w in zip(masses, rates, strict=True)]),
         forces=forces,
-        contacts=tuple(
-            vi.Contact(row, lower=0.0, restitution=float(r))
+        elements=tuple(
+            vi.RigidStop(row, lower=0.0, restitution=float(r))
             for row, r in zip(links(n), bounce, strict=True)
         ),
     )
@@ -158,7 +158,7 @@ def test_masses_at_rest_against_each_other_begin_without_an_impact() -> None:
             mass=half @ half.T + 0.5 * np.eye(n),
             damping=0.05 * np.eye(n) if seed % 2 else np.zeros((n, n)),
             stiffness=spring @ spring.T + 0.3 * np.eye(n),
-            contacts=(vi.Contact(tuple(row), lower=0.3, restitution=0.7),),
+            elements=(vi.RigidStop(tuple(row), lower=0.3, restitution=0.7),),
         )
         run = vi.simulate(m, vi.State(tuple(x), tuple(v)), impacts=1, t_max=3.0)
         at_once = [vi.Status(s) for s in run.status[run.time < 1e-9]]
@@ -230,8 +230,8 @@ def drawn(seed: int) -> tuple[vi.Mechanism, vi.State]:
         damping=np.zeros((n, n)),
         stiffness=stiffness,
         constant_force=tuple(-gravity * mass),
-        contacts=tuple(
-            vi.Contact(row, lower=0.0, restitution=float(r))
+        elements=tuple(
+            vi.RigidStop(row, lower=0.0, restitution=float(r))
             for row, r in zip(rows, bounce, strict=True)
         ),
     )
@@ -240,8 +240,8 @@ def drawn(seed: int) -> tuple[vi.Mechanism, vi.State]:
 
 def audit(m: vi.Mechanism, run: vi.Run) -> None:
     """Check that velocities jump at impacts alone, along gaps that touch, by Moreau's law."""
-    mass, rows = np.array(m.mass), np.array([c.row for c in m.contacts])
-    bounce = np.array([c.restitutions[0] for c in m.contacts])
+    mass, rows = np.array(m.mass), np.array([c.row for c in m.rigid_stops])
+    bounce = np.array([c.restitutions[0] for c in m.rigid_stops])
     fastest = float(np.abs(run.velocity_before).max()) + float(np.abs(run.start.velocity).max())
     size = fastest + float(np.abs(run.position).max())
     ratio = mass.diagonal().max() / mass.diagonal().min()
@@ -296,8 +296,8 @@ def test_an_alternation_that_stops_by_itself_leaves_what_its_last_impact_gave() 
         m = vi.Mechanism(
             mass=np.eye(3).tolist(), damping=np.zeros((3, 3)).tolist(),
             stiffness=np.zeros((3, 3)).tolist(), constant_force=(-1.0, 0.0, 1.0),
-            contacts=tuple(
-                vi.Contact(row, lower=0.0, restitution=r)
+            elements=tuple(
+                vi.RigidStop(row, lower=0.0, restitution=r)
                 for row, r in zip(rows, (0.0, 0.8), strict=True)
             ),
         )  # fmt: skip
@@ -312,9 +312,9 @@ def test_bodies_that_touch_without_force_stay_so_until_there_is_an_event() -> No
     m = vi.Mechanism(
         mass=np.eye(2).tolist(), damping=np.zeros((2, 2)).tolist(),
         stiffness=np.zeros((2, 2)).tolist(),
-        contacts=(
-            vi.Contact((-1.0, 1.0), lower=0.0, restitution=0.5),
-            vi.Contact((0.0, 1.0), upper=1e6, restitution=0.5),
+        elements=(
+            vi.RigidStop((-1.0, 1.0), lower=0.0, restitution=0.5),
+            vi.RigidStop((0.0, 1.0), upper=1e6, restitution=0.5),
         ),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0, 0.0), (1.0, 1.0)), impacts=1)

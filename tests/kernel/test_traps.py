@@ -11,7 +11,7 @@ import vibroimpact as vi
 
 
 def free_masses(
-    masses: tuple[float, ...], contacts: tuple[vi.Contact, ...], force: float = 0.0
+    masses: tuple[float, ...], contacts: tuple[vi.RigidStop, ...], force: float = 0.0
 ) -> vi.Mechanism:
     """Masses without springs, each under the same constant acceleration."""
     n = len(masses)
@@ -19,15 +19,15 @@ def free_masses(
         mass=np.diag(masses),
         damping=np.zeros((n, n)),
         stiffness=np.zeros((n, n)),
-        contacts=contacts,
+        elements=contacts,
         constant_force=tuple(force * m for m in masses),
     )
 
 
 def test_an_impact_beside_a_contact_that_leaves_creates_no_energy() -> None:
     contacts = (
-        vi.Contact((1, -1), lower=0.0, restitution=0.3),
-        vi.Contact((0, 1), lower=0.0, restitution=0.9),
+        vi.RigidStop((1, -1), lower=0.0, restitution=0.3),
+        vi.RigidStop((0, 1), lower=0.0, restitution=0.9),
     )
     m = free_masses((1.0, 0.04), contacts)
     run = vi.simulate(m, vi.State((0.0, 0.0), (0.0, -1.0)), impacts=20, t_max=50.0)
@@ -37,7 +37,7 @@ def test_an_impact_beside_a_contact_that_leaves_creates_no_energy() -> None:
 
 def test_chatter_of_one_ball_leaves_an_elastic_ball_bouncing() -> None:
     contacts = tuple(
-        vi.Contact(row, lower=0.0, restitution=r) for row, r in (((1, 0), 0.5), ((0, 1), 1.0))
+        vi.RigidStop(row, lower=0.0, restitution=r) for row, r in (((1, 0), 0.5), ((0, 1), 1.0))
     )
     m = free_masses((1.0, 1.0), contacts, force=-1.0)
     run = vi.simulate(m, vi.State((0.0, 0.0), (5e-9, 5.5e-9)), impacts=400)
@@ -47,7 +47,7 @@ def test_chatter_of_one_ball_leaves_an_elastic_ball_bouncing() -> None:
 
 
 def test_chatter_does_not_hide_the_impact_of_another_mass() -> None:
-    contacts = tuple(vi.Contact(row, lower=0.0, restitution=0.5) for row in ((1, 0), (0, 1)))
+    contacts = tuple(vi.RigidStop(row, lower=0.0, restitution=0.5) for row in ((1, 0), (0, 1)))
     m = free_masses((1.0, 1.0), contacts, force=-1.0)
     run = vi.simulate(m, vi.State((0.0, 1e-8), (5e-9, -1.0)), impacts=100, t_max=0.5)
     first = run.time[run.velocity_after[:, 1] > 0.0][0]  # with the first of the chatter, at 1e-8
@@ -60,7 +60,7 @@ def test_a_million_short_hops_do_not_sink_into_the_stop() -> None:
         damping=[[0.0]],
         stiffness=[[0.0]],
         constant_force=(-1.3 * 1.1,),
-        contacts=(vi.Contact((1,), lower=0.7),),
+        elements=(vi.RigidStop((1,), lower=0.7),),
     )
     run = vi.simulate(gravity, vi.State((0.7,), (0.1,)), impacts=100_000)
     # place to its last digits; speed by a random walk of one ulp per impact
@@ -69,16 +69,16 @@ def test_a_million_short_hops_do_not_sink_into_the_stop() -> None:
 
 
 def test_two_masses_that_graze_at_once_go_on() -> None:
-    contacts = tuple(vi.Contact(row, upper=1.0, restitution=0.5) for row in ((1, 0), (0, 1)))
+    contacts = tuple(vi.RigidStop(row, upper=1.0, restitution=0.5) for row in ((1, 0), (0, 1)))
     m = vi.Mechanism(
-        mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=np.eye(2), contacts=contacts
+        mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=np.eye(2), elements=contacts
     )
     run = vi.simulate(m, vi.State((0.6, 0.6), (0.8, 0.8)), impacts=10, t_max=30.0)
     assert run.end is vi.RunEnd.HORIZON
 
 
 def test_a_mass_at_rest_on_a_stop_without_force_stays_there_in_silence() -> None:
-    m = free_masses((1.0,), (vi.Contact((1,), upper=1.0, restitution=0.5),))
+    m = free_masses((1.0,), (vi.RigidStop((1,), upper=1.0, restitution=0.5),))
     run = vi.simulate(m, vi.State((1.0,), (0.0,)), impacts=10, t_max=2000.0)
     assert run.end is vi.RunEnd.HORIZON
     assert len(run) <= 3
@@ -112,7 +112,7 @@ def test_a_far_stop_does_not_blind_the_near_one() -> None:
         mass=[[1.0]],
         damping=[[0.0]],
         stiffness=[[1.0]],
-        contacts=(vi.Contact((1,), lower=-1e9, upper=1.0, restitution=0.5),),
+        elements=(vi.RigidStop((1,), lower=-1e9, upper=1.0, restitution=0.5),),
     )
     run = vi.simulate(m, vi.State((0.0,), (1.0 + 1e-8,)), impacts=1, t_max=5.0)
     assert run.status[0] == vi.Status.IMPACT
@@ -132,13 +132,13 @@ def test_a_contact_driven_together_beside_one_at_rest_strikes_before_the_rest_go
         ],
         damping=np.zeros((4, 4)),
         stiffness=np.zeros((4, 4)),
-        contacts=tuple(
-            vi.Contact(row, lower=-1e-3, upper=1e-3, restitution=r)
+        elements=tuple(
+            vi.RigidStop(row, lower=-1e-3, upper=1e-3, restitution=r)
             for row, r in zip(rows, bounce, strict=True)
         ),
         forces=(vi.Harmonic(1.58, (-1.7, -1.4, 0.2, -1.0)),),
     )
     run = vi.simulate(m, vi.State((0.0,) * 4, (0.85, 0.0, 0.0, 0.0)), impacts=3000, t_max=119.0)
-    for contact in m.contacts:
+    for contact in m.rigid_stops:
         u = run.position @ np.array(contact.row)
         assert contact.lower - 1e-13 <= u.min() <= u.max() <= contact.upper + 1e-13

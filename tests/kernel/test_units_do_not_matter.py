@@ -125,8 +125,7 @@ def test_any_unit_of_time_serves(what: str, time: float) -> None:
         mass=[[1.0, 0.0], [0.0, 0.6]],
         damping=[[0.12, -0.02], [-0.02, 0.03]] if what != "springs" else np.zeros((2, 2)),
         stiffness=[[2.0, -0.8], [-0.8, 1.2]], forces=(vi.Harmonic(0.8, (1.0, 0.3)),),
-        contacts=(vi.Contact((0.0, 1.0), -0.5, 0.5, 0.7),),
-        elements=elements if what == "elements" else (),
+        elements=(vi.RigidStop((0.0, 1.0), -0.5, 0.5, 0.7), *(elements if what == "elements" else ())),
     )  # fmt: skip
     start = vi.State((0.1, 0.0), (0.3, -0.2), 0.4)
     run = vi.simulate(m, start, impacts=200)
@@ -142,8 +141,8 @@ def test_an_oscillator_of_any_frequency_meets_its_stop_when_its_cosine_does(
 ) -> None:
     elements = (vi.SoftStop((1.0,), upper=9.0, stiffness=1.0),) if soft else ()  # never met
     m = vi.Mechanism(
-        mass=[[1.0 / omega**2]], damping=[[0.0]], stiffness=[[1.0]], elements=elements,
-        contacts=(vi.Contact((1.0,), lower=-0.5, restitution=1.0),),
+        mass=[[1.0 / omega**2]], damping=[[0.0]], stiffness=[[1.0]],
+        elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=1.0), *elements),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((1.0,), (0.0,)), impacts=3)
     third = 2.0 * math.pi / 3.0  # to the stop, and from it over the top back to it
@@ -155,7 +154,7 @@ def test_an_oscillator_of_any_frequency_meets_its_stop_when_its_cosine_does(
 def test_how_far_is_too_far_is_counted_from_the_stops(far: float, length: float) -> None:
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
-        contacts=(vi.Contact((1.0,), lower=-1.0, restitution=0.5),),
+        elements=(vi.RigidStop((1.0,), lower=-1.0, restitution=0.5),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((far,), (0.0,)), impacts=3)
     assert (run.end is vi.RunEnd.DIVERGED) == (far > 2.0**256)
@@ -236,7 +235,7 @@ def in_mirror(m: vi.Mechanism) -> Name:
     def name(status: int, contact: int, which: int) -> Told:
         if status not in OF_A_STATE:
             return status, contact, -which
-        return status, contact, SIDES.get(type(m.numbered[contact]), {}).get(which, which)
+        return status, contact, SIDES.get(type(m.elements[contact]), {}).get(which, which)
 
     return name
 
@@ -248,7 +247,7 @@ def mirror(_: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: floa
 
 def turned(rng: np.random.Generator, m: vi.Mechanism, state: vi.State, t_max: float) -> Seen:
     order = rng.permutation(m.degrees)
-    contacts, elements = (rng.permutation(len(part)) for part in (m.contacts, m.elements))
+    contacts, elements = (rng.permutation(len(part)) for part in (m.rigid_stops, m.switching))
     other = simulated(
         reordered(renumbered(m, order), contacts, elements), renumbered(state, order), t_max
     )

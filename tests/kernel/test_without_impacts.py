@@ -20,7 +20,7 @@ def oscillator(
     return vi.Mechanism(
         mass=[[1.0]], damping=[[damping]], stiffness=[[stiffness]],
         forces=(vi.Harmonic(omega, (1.0,)),),
-        contacts=(vi.Contact((1.0,), upper=upper, restitution=restitution),),
+        elements=(vi.RigidStop((1.0,), upper=upper, restitution=restitution),),
     )  # fmt: skip
 
 
@@ -41,7 +41,7 @@ def test_basins_hold_the_starts_that_classify_says_are_without_impacts(seed: int
     names = names_of_starts(found)
     assert names.count("without impacts") > 64
     startable = found.attractor.values.ravel() != -8
-    beyond = np.repeat(x > system.contacts[0].upper, len(v))
+    beyond = np.repeat(x > system.rigid_stops[0].upper, len(v))
     np.testing.assert_array_equal(startable, ~beyond)
     counts = [names.count(name) for name in found.name.values]
     assert found.share.values == pytest.approx(np.array(counts) / startable.sum(), rel=1e-15)
@@ -95,7 +95,7 @@ def test_rest_on_a_stop_has_one_name(floor: float, *, shaken: bool) -> None:
         return vi.Mechanism(
             mass=[[1.0]], damping=[[0.1]], stiffness=[[0.0]], constant_force=(-1.0,),
             forces=(vi.Harmonic(2.0, (0.3,)),) if shaken else (),
-            contacts=(vi.Contact((1.0,), lower=floor, restitution=0.8),),
+            elements=(vi.RigidStop((1.0,), lower=floor, restitution=0.8),),
         )  # fmt: skip
 
     start = vi.State((floor + 1.0,), (0.0,))
@@ -114,7 +114,7 @@ def test_rests_on_different_stops_are_counted_apart() -> None:
     def slot(half: float) -> vi.Mechanism:
         return vi.Mechanism(
             mass=[[1.0]], damping=[[0.3]], stiffness=[[-1.0]],
-            contacts=(vi.Contact((1.0,), -half, half, 0.5),),
+            elements=(vi.RigidStop((1.0,), -half, half, 0.5),),
         )  # fmt: skip
 
     over = {"x1": [-0.2, -0.1, 0.1, 0.2], "v1": [-0.05, 0.05]}
@@ -132,7 +132,7 @@ def test_rests_on_different_stops_are_counted_apart() -> None:
 def test_a_motion_that_leaves_the_stop_of_the_section_alone_names_it() -> None:
     slot = vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], constant_force=(-1.5,),
-        forces=(vi.Harmonic(1.3, (2.0,)),), contacts=(vi.Contact((1.0,), -1.0, 50.0, 0.7),),
+        forces=(vi.Harmonic(1.3, (2.0,)),), elements=(vi.RigidStop((1.0,), -1.0, 50.0, 0.7),),
     )  # fmt: skip
     found = vi.classify(slot, ORIGIN)
     assert found.kind == "undecided"

@@ -200,7 +200,7 @@ def test_the_symmetric_orbit_is_that_of_the_closed_form(omega: float) -> None:
 
 def test_an_infinite_lower_clearance_is_no_stop() -> None:
     assert replace(TWO, lower_clearance=math.inf) == replace(TWO, lower_clearance=None)
-    assert math.isinf(replace(TWO, lower_clearance=None).mechanism.contacts[0].lower)
+    assert math.isinf(replace(TWO, lower_clearance=None).mechanism.rigid_stops[0].lower)
 
 
 def test_starts_on_the_stops_are_where_the_stops_are() -> None:
@@ -243,7 +243,7 @@ def test_a_physical_oscillator_moves_as_the_mechanism_in_si_units() -> None:
     plain = vi.Mechanism(
         mass=[[2.0]], damping=[[4.0]], stiffness=[[800.0]],
         forces=(vi.Harmonic(50.0, (0.0,), (10.0,)),),
-        contacts=(vi.Contact((1.0,), -0.05, 0.003, 0.7),),
+        elements=(vi.RigidStop((1.0,), -0.05, 0.003, 0.7),),
     )  # fmt: skip
     one = vi.simulate(given, vi.State((0.0,), (0.0,)), impacts=12)
     other = vi.simulate(plain, vi.State((0.0,), (0.0,)), impacts=12)

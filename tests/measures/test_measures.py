@@ -235,7 +235,7 @@ def test_a_free_mass_stands_in_the_middle_of_what_the_motion_leaves() -> None:
     unequal = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 0.1]], damping=[[0.1, 0.0], [0.0, 0.0]],
         stiffness=[[1.0, 0.0], [0.0, 0.0]], forces=(vi.Harmonic(2.0, (1.0, 0.0)),),
-        contacts=(vi.Contact((-1.0, 1.0), -1.0, 3.0, 0.5),),
+        elements=(vi.RigidStop((-1.0, 1.0), -1.0, 3.0, 0.5),),
     )  # fmt: skip
     motion = free_motion(unequal)
     assert isinstance(motion, FreeMotion)
@@ -276,7 +276,7 @@ def test_a_sweep_without_the_observers_is_refused() -> None:
 def test_transmissibility_does_not_depend_on_the_size_of_the_force(force: float) -> None:
     machine = vi.Mechanism(
         mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]],
-        forces=(vi.Harmonic(1.2, (force,)),), contacts=(vi.Contact((1.0,), upper=50.0 * force),),
+        forces=(vi.Harmonic(1.2, (force,)),), elements=(vi.RigidStop((1.0,), upper=50.0 * force),),
     )  # fmt: skip
     found = vi.frequency_response(
         machine, "omega", (1.2, 1.3), measure="transmissibility x1", number=2, starts=1, settle_periods=1,

@@ -24,9 +24,9 @@ def twin_dampers(first: float = 0.7, second: float = 0.7) -> vi.Mechanism:
         damping=np.diag([0.06, 0.0, 0.0]),
         stiffness=np.diag([1.0, 0.0, 0.0]),
         forces=(vi.Harmonic(0.9, (1.0, 0.0, 0.0)),),
-        contacts=(
-            vi.Contact((-1.0, 1.0, 0.0), -5.0, 5.0, first),
-            vi.Contact((-1.0, 0.0, 1.0), -5.0, 5.0, second),
+        elements=(
+            vi.RigidStop((-1.0, 1.0, 0.0), -5.0, 5.0, first),
+            vi.RigidStop((-1.0, 0.0, 1.0), -5.0, 5.0, second),
         ),
     )
 
@@ -40,8 +40,8 @@ def falling(*restitutions: float, masses: tuple[float, ...] = ()) -> vi.Mechanis
         damping=np.zeros((n, n)),
         stiffness=np.zeros((n, n)),
         constant_force=tuple(-np.diag(mass)),
-        contacts=tuple(
-            vi.Contact(tuple(np.eye(n)[i]), lower=0.0, restitution=r)
+        elements=tuple(
+            vi.RigidStop(tuple(np.eye(n)[i]), lower=0.0, restitution=r)
             for i, r in enumerate(restitutions)
         ),
     )
@@ -52,13 +52,13 @@ def row_of_balls(n: int, restitution: float) -> vi.Mechanism:
     rows = [tuple(float((j == i + 1) - (j == i)) for j in range(n)) for i in range(n - 1)]
     return vi.Mechanism(
         mass=np.eye(n), damping=np.zeros((n, n)), stiffness=np.zeros((n, n)),
-        contacts=tuple(vi.Contact(row, lower=0.0, restitution=restitution) for row in rows),
+        elements=tuple(vi.RigidStop(row, lower=0.0, restitution=restitution) for row in rows),
     )  # fmt: skip
 
 
 def test_lists_of_contacts_and_forces_make_the_same_mechanism_as_tuples() -> None:
     m = twin_dampers()
-    listed = replace(m, contacts=list(m.contacts), forces=list(m.forces))
+    listed = replace(m, elements=list(m.elements), forces=list(m.forces))
     assert listed == m
     start = vi.State((0.0, 0.0, 0.0), (0.0, 1.0, -2.0))
     runs = (vi.simulate(system, start, impacts=5) for system in (listed, m))
@@ -139,7 +139,7 @@ def test_closed_contacts_are_released_one_by_one(preloads: tuple[float, ...]) ->
     m = vi.Mechanism(
         mass=np.eye(n), damping=np.zeros((n, n)), stiffness=np.zeros((n, n)),
         forces=(vi.Harmonic(1.0, (1.0,) * n),), constant_force=tuple(-p for p in preloads),
-        contacts=tuple(vi.Contact(tuple(np.eye(n)[i]), lower=0.0, restitution=0.5)
+        elements=tuple(vi.RigidStop(tuple(np.eye(n)[i]), lower=0.0, restitution=0.5)
                        for i in range(n)),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,) * n, (0.0,) * n), impacts=1)
@@ -155,9 +155,9 @@ def resting_neighbour() -> vi.Mechanism:
         damping=np.diag([0.3, 0.0, 0.0]),
         stiffness=np.diag([40.0, 0.0, 0.0]),
         constant_force=(-3.0, -5.0, -0.2),
-        contacts=(
-            vi.Contact((-1.0, 1.0, 0.0), lower=0.0, restitution=0.1),
-            vi.Contact((-1.0, 0.0, 1.0), lower=0.0, restitution=0.9),
+        elements=(
+            vi.RigidStop((-1.0, 1.0, 0.0), lower=0.0, restitution=0.1),
+            vi.RigidStop((-1.0, 0.0, 1.0), lower=0.0, restitution=0.9),
         ),
     )
 
@@ -205,7 +205,7 @@ def test_no_contact_is_ever_behind_its_stop(seed: int, n: int) -> None:
     run = vi.simulate(m, vi.State((0.0,) * n, tuple(rng.normal(size=n))), impacts=40, t_max=60.0)
     x, _ = run.at(np.linspace(0.0, run.time[-1], 2000))
     size = 1.0 + float(np.abs(run.position).max() + np.abs(run.velocity_before).max())
-    for c in m.contacts:
+    for c in m.rigid_stops:
         u = x @ np.array(c.row)
         # eps_g, and the flight that sums a chatter dips by v^2 / a <= u of the size
         assert np.all(u <= c.upper + 1e4 * UNIT * size)
@@ -216,8 +216,8 @@ def test_two_stops_at_one_place_act_as_one() -> None:
     """Dependent contacts: their impulses are not determined, the motion is."""
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.5),
-                  vi.Contact((2.0,), lower=0.0, restitution=0.5)),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.5),
+                  vi.RigidStop((2.0,), lower=0.0, restitution=0.5)),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.5,), (0.0,)), impacts=5)
     assert np.all(run.status == vi.Status.SIMULTANEOUS)
@@ -230,7 +230,7 @@ GOOD: dict[str, Any] = {
     "mass": [[1.0, 0.0], [0.0, 0.1]],
     "damping": np.zeros((2, 2)),
     "stiffness": np.eye(2),
-    "contacts": (vi.Contact((-1.0, 1.0), -5.0, 5.0, 0.8),),
+    "elements": (vi.RigidStop((-1.0, 1.0), -5.0, 5.0, 0.8),),
 }
 BAD_MECHANISMS = [
     ({"mass": [[1.0, 0.0], [0.0, -0.1]]}, "mass: must be positive definite"),
@@ -248,11 +248,14 @@ BAD_MECHANISMS = [
         {"stiffness": np.full((2, 2), math.inf)},
         r"stiffness\[0, 0\] = inf: every entry must be finite",
     ),
-    ({"contacts": ()}, "contacts.* must be 1 to 16 together"),
-    ({"contacts": ("A",)}, r"contacts\[0\] = .*: must be a Contact"),
-    ({"contacts": vi.Contact((1.0,), upper=1.0)}, "contacts = .*: must be 0 to 16 of Contact"),
+    ({"elements": ()}, "elements: 0 are given; must be 1 to 16"),
+    ({"elements": ("A",)}, r"elements\[0\] = .*: must be a RigidStop or SoftStop"),
+    (
+        {"elements": vi.RigidStop((1.0,), upper=1.0)},
+        "elements = .*: must be RigidStop or .* in a tuple",
+    ),
     ({"forces": vi.Harmonic(1.0, (1.0,))}, "forces = .*: must be 0 to 12 of Harmonic"),
-    ({"contacts": (vi.Contact((1.0,), 0.0, 1.0),)}, r"row has shape \(1,\); expected \(2,\)"),
+    ({"elements": (vi.RigidStop((1.0,), 0.0, 1.0),)}, r"row has shape \(1,\); expected \(2,\)"),
     ({"forces": (vi.Harmonic(1.0, (1.0,)),)}, r"sine has shape \(1,\); expected \(2,\)"),
     ({"constant_force": (1.0,)}, r"constant_force has shape \(1,\); expected \(2,\)"),
     ({"constant_force": (math.nan, 0.0)}, "constant_force.* every entry must be finite"),
@@ -266,7 +269,7 @@ def test_bad_mechanisms_are_refused_by_name(change: dict[str, Any], message: str
 
 
 BAD_CONTACTS = [
-    ({"row": (0.0, 0.0), "lower": 0.0}, "a contact must involve a coordinate"),
+    ({"row": (0.0, 0.0), "lower": 0.0}, "a rigid stop must involve a coordinate"),
     ({"row": (math.nan,), "lower": 0.0}, "row.* every entry must be finite"),
     ({"row": (1.0,)}, "one finite"),
     ({"row": (1.0,), "lower": 1.0, "upper": 1.0}, "need lower < upper"),
@@ -283,7 +286,7 @@ BAD_CONTACTS = [
 @pytest.mark.parametrize(("given_values", "message"), BAD_CONTACTS)
 def test_bad_contacts_are_refused_by_name(given_values: dict[str, Any], message: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=message):
-        vi.Contact(**given_values)
+        vi.RigidStop(**given_values)
 
 
 @pytest.mark.parametrize("omega", [0.0, -1.0, math.nan, math.inf, "fast", None])
@@ -364,7 +367,7 @@ def test_undamped_forcing_at_resonance_is_simulated(detuning: float) -> None:
 def test_one_coordinate_may_have_more_stops_than_freedom() -> None:
     m = vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
-        contacts=tuple(vi.Contact((1.0 + i,), -1.0, 1.0, 0.5) for i in range(3)),
+        elements=tuple(vi.RigidStop((1.0 + i,), -1.0, 1.0, 0.5) for i in range(3)),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((0.0,), (2.0,)), impacts=4, t_max=20.0)
     assert set(run.contact[run.status == vi.Status.IMPACT]) == {2}  # the narrowest one
@@ -437,13 +440,13 @@ def test_a_mistake_in_the_motion_of_a_base_is_named(given: dict[str, Any], said:
 # ---- matrices that are singular to rounding ------------------------------------------------------
 
 
-def sprung(masses: Any, *rows: tuple[float, ...], **more: Any) -> vi.Mechanism:
+def sprung(masses: Any, *rows: tuple[float, ...], elements: Any = (), **more: Any) -> vi.Mechanism:
     """Masses on equal springs per mass, and one with a constant force on each, on plastic stops at 0."""
     mass = np.array(masses) if np.ndim(masses) == 2 else np.diag(masses)
     own = np.diag(np.diag(mass))
     return vi.Mechanism(
         mass=mass, damping=0.0 * mass, stiffness=own, constant_force=tuple(-np.diag(mass)),
-        contacts=tuple(vi.Contact(row, lower=0.0, restitution=0.0) for row in rows), **more,
+        elements=(*(vi.RigidStop(row, lower=0.0, restitution=0.0) for row in rows), *elements), **more,
     )  # fmt: skip
 
 

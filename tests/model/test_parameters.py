@@ -23,8 +23,8 @@ PLAIN = vi.Mechanism(
     damping=[[0.06, -0.02], [-0.02, 0.02]],
     stiffness=[[2.0, -1.0], [-1.0, 1.0]],
     forces=(vi.Harmonic(1.8, (1.0, 0.5)), vi.Harmonic(2.7, (0.2, 0.0), (0.0, 0.3))),
-    contacts=(vi.Contact((1.0, 0.0), upper=0.4, restitution=0.7),
-              vi.Contact((-1.0, 1.0), -0.3, 0.2, (0.5, 0.6))),
+    elements=(vi.RigidStop((1.0, 0.0), upper=0.4, restitution=0.7),
+              vi.RigidStop((-1.0, 1.0), -0.3, 0.2, (0.5, 0.6))),
     constant_force=(0.1, 0.0),
 )  # fmt: skip
 
@@ -36,7 +36,7 @@ def swinging(k: float, A: float, phi: float) -> vi.Mechanism:
         damping=[[0.1 * np.sqrt(k)]],
         stiffness=[[k**1.5 / (1.0 + k)]],
         forces=(vi.Harmonic(np.log(1.0 + k), (A * np.sin(phi),), (A * np.cos(phi),)),),
-        contacts=(vi.Contact((1.0,), upper=1.0 - phi / 7, restitution=abs(0.8 * k / k)),),
+        elements=(vi.RigidStop((1.0,), upper=1.0 - phi / 7, restitution=abs(0.8 * k / k)),),
     )
 
 
@@ -52,8 +52,8 @@ def test_values_are_found_by_name_and_by_path() -> None:
     values = {
         "omega": 1.8, "mass[1][1]": 0.5, "damping[0][1]": -0.02, "stiffness[1][0]": -1.0,
         "forces[0].sine[1]": 0.5, "forces[1].cosine[1]": 0.3, "forces[1].omega": 2.7,
-        "contacts[0].upper": 0.4, "contacts[1].lower": -0.3, "contacts[0].restitution": 0.7,
-        "contacts[1].restitution[1]": 0.6, "contacts[1].row[0]": -1.0, "constant_force[0]": 0.1,
+        "elements[0].upper": 0.4, "elements[1].lower": -0.3, "elements[0].restitution": 0.7,
+        "elements[1].restitution[1]": 0.6, "elements[1].row[0]": -1.0, "constant_force[0]": 0.1,
     }  # fmt: skip
     assert {path: parameter_value(PLAIN, path) for path in values} == values
 
@@ -63,8 +63,8 @@ def test_values_are_found_by_name_and_by_path() -> None:
     [
         (DAMPER, "omega", 1.25), (FAMILY, "phi", 0.5), (PLAIN, "omega", 2.0),
         (PLAIN, "stiffness[0][1]", -0.9), (PLAIN, "mass[0][0]", 1.1),
-        (PLAIN, "forces[1].sine[0]", 0.25), (PLAIN, "contacts[0].restitution", 0.5),
-        (PLAIN, "contacts[1].restitution[0]", 0.4), (PLAIN, "contacts[1].upper", 0.25),
+        (PLAIN, "forces[1].sine[0]", 0.25), (PLAIN, "elements[0].restitution", 0.5),
+        (PLAIN, "elements[1].restitution[0]", 0.4), (PLAIN, "elements[1].upper", 0.25),
         (PLAIN, "constant_force[1]", 0.2),
     ],
 )  # fmt: skip
@@ -122,10 +122,10 @@ POWERS = {  # entry: value and three derivatives
         "damping[0][0]": [2.0 * Z * W, 2.0 * Z, 0.0, 0.0],
     },
     "zeta": {"damping[0][0]": [2.0 * Z * W, 2.0 * W, 0.0, 0.0]},
-    "restitution": {"contacts[0].restitution": [0.8, 1.0, 0.0, 0.0]},
+    "restitution": {"elements[0].restitution": [0.8, 1.0, 0.0, 0.0]},
     "half_clearance": {
-        "contacts[0].upper": [5.0, 1.0, 0.0, 0.0],
-        "contacts[0].lower": [-5.0, -1.0, 0.0, 0.0],
+        "elements[0].upper": [5.0, 1.0, 0.0, 0.0],
+        "elements[0].lower": [-5.0, -1.0, 0.0, 0.0],
     },
     "omega": {"forces[0].omega": [1.2, 1.0, 0.0, 0.0]},
     "force": {"forces[0].sine[0]": [1.0, 1.0, 0.0, 0.0]},
@@ -192,10 +192,10 @@ def test_omega_of_a_mechanism_is_differentiated_in_every_line() -> None:
         (DAMPER, "si", "must be one of"),
         (FAMILY, "omega", "must be one of k, A, phi"),
         (PLAIN, "stiffness[0][7]", "no finite number"),
-        (PLAIN, "contacts[0].lower", "no finite number"),
-        (PLAIN, "contacts[1].restitution", "0.5 at the lower and 0.6 at the upper stop"),
-        (PLAIN, "contacts[0]", "no finite number"),
-        (PLAIN, "contacts[0].upper.real", "no finite number"),
+        (PLAIN, "elements[0].lower", "no finite number"),
+        (PLAIN, "elements[1].restitution", "0.5 at the lower and 0.6 at the upper stop"),
+        (PLAIN, "elements[0]", "no finite number"),
+        (PLAIN, "elements[0].upper.real", "no finite number"),
         (PLAIN, "degrees", "no finite number"),
         (PLAIN, "stiffness[-1][0]", "no finite number"),
         (PLAIN, "", "no finite number"),
@@ -270,7 +270,7 @@ def chain(n: int, k: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=unit, damping=0.1 * unit, stiffness=k * unit,
         forces=(vi.Harmonic(1.0, (1.0, *none)),),
-        contacts=(vi.Contact((1.0, *none), upper=0.5, restitution=0.8),),
+        elements=(vi.RigidStop((1.0, *none), upper=0.5, restitution=0.8),),
     )  # fmt: skip
 
 
@@ -283,8 +283,8 @@ def test_a_parameter_that_counts_is_refused_by_name_and_value(over: dict[str, An
 
 def test_values_that_a_family_refuses_are_named() -> None:
     def weighed(m: float) -> vi.Mechanism:
-        stop = vi.Contact((1.0,), upper=0.5, restitution=0.8)
-        return vi.Mechanism(mass=[[m]], damping=[[0.1]], stiffness=[[1.0]], contacts=(stop,))
+        stop = vi.RigidStop((1.0,), upper=0.5, restitution=0.8)
+        return vi.Mechanism(mass=[[m]], damping=[[0.1]], stiffness=[[1.0]], elements=(stop,))
 
     system, start = vi.Family(weighed, m=1.0), vi.State((0.0,), (0.0,))
     with pytest.raises(vi.InvalidParameterError, match=r"\(weighed, m=-1\.0\): mass: must be pos"):
@@ -332,12 +332,12 @@ MOVED = vi.Mechanism(
     ),
 )  # fmt: skip
 OF_ELEMENTS = {
-    "elements[0].stiffness[0]": 20.0, "elements[0].stiffness[1]": 30.0, "elements[0].damping": 0.4,
-    "elements[0].lower": -0.2, "elements[0].upper": 0.3, "elements[0].row[1]": -1.0,
-    "elements[0].motion[1].sine[0]": 0.02, "elements[1].kinetic": 0.2, "elements[1].static": 0.2,
-    "elements[1].belt_speed": 0.7, "elements[1].motion[0].cosine[0]": 0.0,
-    "elements[2].static": 0.3, "contacts[0].motion[0].sine[0]": 0.1,
-    "contacts[0].motion[0].cosine[0]": 0.2, "elements[1].motion[0].omega": 2.7,
+    "elements[1].stiffness[0]": 20.0, "elements[1].stiffness[1]": 30.0, "elements[1].damping": 0.4,
+    "elements[1].lower": -0.2, "elements[1].upper": 0.3, "elements[1].row[1]": -1.0,
+    "elements[1].motion[1].sine[0]": 0.02, "elements[2].kinetic": 0.2, "elements[2].static": 0.2,
+    "elements[2].belt_speed": 0.7, "elements[2].motion[0].cosine[0]": 0.0,
+    "elements[3].static": 0.3, "elements[0].motion[0].sine[0]": 0.1,
+    "elements[0].motion[0].cosine[0]": 0.2, "elements[2].motion[0].omega": 2.7,
 }  # fmt: skip
 
 
@@ -363,8 +363,8 @@ def test_a_value_of_an_element_is_differentiated(path: str) -> None:
 
 def frequencies(m: vi.Mechanism) -> list[float]:
     """Of the lines, of the stop, of the two motions of the soft stop, of the belt."""
-    soft, belt = m.elements[0], m.elements[1]
-    motions = (*m.contacts[0].motion, *soft.motion, *belt.motion)
+    soft, belt = m.switching[0], m.switching[1]
+    motions = (*m.rigid_stops[0].motion, *soft.motion, *belt.motion)
     return [line.omega for line in (*m.forces, *motions)]
 
 
@@ -374,12 +374,12 @@ def test_omega_scales_motions_of_stops_and_belts_with_the_forces() -> None:
     assert frequencies(MOVED) == [1.8, 3.6, 2.7, 1.8, 1.8, 3.6, 2.7]
     assert frequencies(there) == [3.6, 7.2, 5.4, 3.6, 3.6, 7.2, 5.4]
     lines = expanded(MOVED, "omega").forces
-    for line in (expanded(MOVED, "omega").elements[0].motion[1], lines[1]):
+    for line in (expanded(MOVED, "omega").switching[0].motion[1], lines[1]):
         assert orders(line.omega) == [3.6, 2.0, 0.0, 0.0]
 
 
 @pytest.mark.parametrize(
-    "path", ["forces[1].omega", "elements[0].motion[1].omega"], ids=["force", "motion"]
+    "path", ["forces[1].omega", "elements[1].motion[1].omega"], ids=["force", "motion"]
 )
 def test_a_frequency_belongs_to_its_line_and_changes_wherever_that_is(path: str) -> None:
     there = with_parameter(MOVED, path, 4.0)
@@ -409,22 +409,22 @@ def test_an_entry_of_a_matrix_that_is_not_symmetric_has_no_mirror_image() -> Non
 
 
 def test_kinetic_takes_an_equal_static_level_along() -> None:
-    both = with_parameter(MOVED, "elements[1].kinetic", 0.5)
-    assert parameter_value(both, "elements[1].static") == 0.5
-    apart = with_parameter(MOVED, "elements[2].kinetic", 0.1)
-    assert parameter_value(apart, "elements[2].static") == 0.3
+    both = with_parameter(MOVED, "elements[2].kinetic", 0.5)
+    assert parameter_value(both, "elements[2].static") == 0.5
+    apart = with_parameter(MOVED, "elements[3].kinetic", 0.1)
+    assert parameter_value(apart, "elements[3].static") == 0.3
     with pytest.raises(vi.InvalidParameterError, match=r"static = 0\.3: must be >= kinetic"):
-        with_parameter(MOVED, "elements[2].kinetic", 0.4)
+        with_parameter(MOVED, "elements[3].kinetic", 0.4)
 
 
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("elements[0].stiffness", r"20\.0 at the lower and 30\.0 at the upper stop\. Take"),
-        ("elements[0].law", "no finite number.*contacts.0..upper.*elements.0..stiffness"),
-        ("elements[4].kinetic", "no finite number"),
-        ("elements[0].states", "no finite number"),
-        ("contacts[0].motion[1].sine[0]", "no finite number"),
+        ("elements[1].stiffness", r"20\.0 at the lower and 30\.0 at the upper stop\. Take"),
+        ("elements[1].law", "no finite number.*elements.0..upper"),
+        ("elements[5].kinetic", "no finite number"),
+        ("elements[1].states", "no finite number"),
+        ("elements[0].motion[1].sine[0]", "no finite number"),
     ],
 )
 def test_a_path_into_an_element_that_is_no_number_is_refused(path: str, message: str) -> None:

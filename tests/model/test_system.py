@@ -16,7 +16,7 @@ def wall(upper: float) -> vi.Mechanism:
     built.append(upper)
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
-        contacts=(vi.Contact((1.0,), -1.0, upper, 0.9),),
+        elements=(vi.RigidStop((1.0,), -1.0, upper, 0.9),),
     )  # fmt: skip
 
 

@@ -77,14 +77,14 @@ def dense_gaps(orbit: Orbit) -> list[tuple[float, int, int, int, float]]:
     The machine without stops is simulated: modal coordinates instead of Taylor series.
     """
     m = orbit.mechanism
-    far = tuple(replace(c, lower=-1e6, upper=1e6) for c in m.contacts)
-    free, n, found = replace(m, contacts=far), m.degrees, []
+    far = tuple(replace(c, lower=-1e6, upper=1e6) for c in m.rigid_stops)
+    free, n, found = replace(m, elements=far), m.degrees, []
     for k, (state, duration) in enumerate(zip(orbit.states, orbit.durations, strict=True)):
         start = vi.State(tuple(state[:n]), tuple(state[n : 2 * n]), float(state[-1]))
         run = vi.simulate(free, start, t_max=float(duration))
         times = np.linspace(0.0, float(run.time[-1]), 20_001)
         place = run.at(times)[0]
-        for i, c in enumerate(m.contacts):
+        for i, c in enumerate(m.rigid_stops):
             for side, gap in ((1, c.upper - place @ c.row), (-1, place @ c.row - c.lower)):
                 low = np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] <= gap[2:])) + 1
                 found += [(float(gap[j]), i, side, k, float(times[j])) for j in low if gap[j] < 1e5]
@@ -96,7 +96,7 @@ def test_the_clearance_is_that_of_a_dense_evaluation() -> None:
     compared = 0
     for orbit in orbits:
         sampled = [g for g in dense_gaps(orbit) if 1e-3 < g[4] < orbit.durations[g[3]] - 1e-3]
-        several = len(orbit.mechanism.contacts) > 1  # then gaps count at others' impacts too
+        several = len(orbit.mechanism.rigid_stops) > 1  # then gaps count at others' impacts too
         if not sampled or (several and min(sampled)[0] > orbit.clearance_to_grazing):
             continue
         gap, contact, side, flight, time = min(sampled)
@@ -125,9 +125,9 @@ def test_a_gap_that_another_contact_leaves_open_or_crosses_is_seen_at_its_impact
     """A second wall, beyond the first by little, is behind the mass at every impact."""
     one = coco()
     orbit = vi.find_orbit(one, vi.State((0.0,), (0.0,)))
-    wall = one.contacts[0]
+    wall = one.rigid_stops[0]
     for limit, admissible in ((1.5, True), (0.9, False)):
-        both = replace(one, contacts=(wall, replace(wall, upper=limit)))
+        both = replace(one, elements=(wall, replace(wall, upper=limit)))
         again = vi.find_orbit(both, unfolded(orbit), impacts=["A"], cycles=1)
         assert again.admissible == admissible
         assert again.clearance_to_grazing == pytest.approx(limit - 1.0, abs=1e-12)
@@ -140,7 +140,7 @@ def test_a_contact_left_at_the_start_of_a_flight_may_be_crossed_before_its_end()
     """
     m = vi.Mechanism(
         mass=np.eye(2), damping=np.zeros((2, 2)), stiffness=np.diag([0.0, 1.0]),
-        contacts=(vi.Contact((1.0, 0.0), upper=1.0), vi.Contact((0.0, 1.0), upper=0.5)),
+        elements=(vi.RigidStop((1.0, 0.0), upper=1.0), vi.RigidStop((0.0, 1.0), upper=0.5)),
     )  # fmt: skip
     start = np.array([[1.0 - 4.5, 0.5, 1.0, -1.0, 0.0]])
     for begun, ends in (((1, 1), (0, 1)), ((1, 1), (1, 1))):
@@ -175,7 +175,7 @@ def touching(m: vi.Mechanism, row: np.ndarray, side: int, turns: int = 1) -> vi.
     state = [*(mean + now.imag), *(line.omega * now.real), phase]
     limit = float(row @ mean + side * abs(along))
     stop = {"upper": limit} if side > 0 else {"lower": limit}
-    touched = replace(m, contacts=(vi.Contact(tuple(row), restitution=0.8, **stop),))
+    touched = replace(m, elements=(vi.RigidStop(tuple(row), restitution=0.8, **stop),))
     period = 2.0 * math.pi / line.omega
     states = np.array([[*state[:-1], phase + 2.0 * math.pi * k] for k in range(turns)])
     guess = vi.Guess(states, np.full(turns, period))
@@ -248,7 +248,7 @@ def of_speed(speed: float, unit: float = 1.0) -> vi.Orbit:
     a, b = steady
     amplitude, phase = 0.1 * math.hypot(a, b), math.atan2(a, b)
     guess = vi.Guess(np.array([[unit, -0.8 * speed, phase]]), np.array([t]))
-    m = replace(coco(amplitude), contacts=(vi.Contact((1.0,), upper=unit, restitution=0.8),))
+    m = replace(coco(amplitude), elements=(vi.RigidStop((1.0,), upper=unit, restitution=0.8),))
     return vi.find_orbit(m, guess, impacts=["A"], cycles=1)
 
 
@@ -281,7 +281,7 @@ def test_a_touch_on_a_branch_is_admissible_however_the_branch_is_stepped(points:
 def test_the_turn_behind_a_stop_that_an_impact_is_reached_from_is_told_from_grazing():
     # x = sin t with the stop at 1/2: reached at pi / 6 from the front, at 5 pi / 6 from behind
     free = {"mass": [[1.0]], "damping": [[0.0]], "stiffness": [[1.0]]}
-    m = vi.Mechanism(**free, contacts=(vi.Contact((1.0,), upper=0.5, lower=-2.0),))
+    m = vi.Mechanism(**free, elements=(vi.RigidStop((1.0,), upper=0.5, lower=-2.0),))
     compiled, start = compile_prescribed(m), np.array([[0.0, 1.0, 0.0]])
     for duration, own in ((np.pi / 6.0, []), (5.0 * np.pi / 6.0, [True])):
         found = least_gaps(compiled, start, np.array([duration]), [(0, 1)], [(0, -1)])

@@ -28,7 +28,7 @@ def oscillator(**stop: Any) -> vi.Mechanism:
     """One mass on a spring, one forcing line, one contact."""
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(1.0, (2.0,)),),
-        contacts=(vi.Contact((1.0,), **({"restitution": 0.7} | stop)),),
+        elements=(vi.RigidStop((1.0,), **({"restitution": 0.7} | stop)),),
     )  # fmt: skip
 
 
@@ -69,9 +69,9 @@ def test_the_orbits_used_here_are_what_they_should_be() -> None:
     ("parameter", "bounds"),
     [
         ("constant_force[0]", (-0.1, 0.1)),
-        ("contacts[0].upper", (4.5, 5.5)),
-        ("contacts[0].restitution[0]", (0.7, 0.8)),
-        ("contacts[0].restitution[0]", (0.8, 1.5)),
+        ("elements[0].upper", (4.5, 5.5)),
+        ("elements[0].restitution[0]", (0.7, 0.8)),
+        ("elements[0].restitution[0]", (0.8, 1.5)),
     ],
 )
 def test_a_parameter_that_breaks_the_symmetry_is_refused_with_the_remedy(
@@ -320,9 +320,9 @@ def test_a_number_that_counts_cannot_be_differentiated() -> None:
 
 def test_two_restitutions_are_named_one_by_one() -> None:
     system = oscillator(upper=0.5, lower=-0.5, restitution=(0.6, 0.7))
-    with pytest.raises(REFUSED, match=r"restitution\[0\] or contacts\[0\]\.restitution\[1\]"):
-        with_parameter(system, "contacts[0].restitution", 0.5)
-    assert isinstance(with_parameter(system, "contacts[0].restitution[1]", 0.5), vi.Mechanism)
+    with pytest.raises(REFUSED, match=r"restitution\[0\] or elements\[0\]\.restitution\[1\]"):
+        with_parameter(system, "elements[0].restitution", 0.5)
+    assert isinstance(with_parameter(system, "elements[0].restitution[1]", 0.5), vi.Mechanism)
 
 
 def test_a_system_without_forcing_is_not_told_to_take_omega() -> None:
@@ -335,7 +335,7 @@ def test_a_stroboscopic_map_asks_for_forcing() -> None:
     """An elastic mass between two walls goes on for ever: an orbit without forcing."""
     free = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
-        contacts=(vi.Contact((1.0,), -1.0, 1.0, 1.0),),
+        elements=(vi.RigidStop((1.0,), -1.0, 1.0, 1.0),),
     )  # fmt: skip
     states = np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0]])
     autonomous = vi.Orbit(
@@ -355,7 +355,7 @@ def test_more_impacts_than_the_guess_has_are_counted_out() -> None:
 def test_a_symbol_names_contacts_that_are_not_the_first() -> None:
     two = replace(
         oscillator(upper=0.5),
-        contacts=(vi.Contact((1.0,), lower=-50.0), oscillator(upper=0.5).contacts[0]),
+        elements=(vi.RigidStop((1.0,), lower=-50.0), oscillator(upper=0.5).elements[0]),
     )
     orbit = vi.find_orbit(two, vi.State((0.0,), (0.0,)))
     assert orbit.converged

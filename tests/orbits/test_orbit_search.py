@@ -212,17 +212,17 @@ def test_random_starts_lie_on_their_stop_behind_none_and_leave_it() -> None:
             stops.add(face.impact)
             assert face.row @ x == pytest.approx(face.limit, abs=1e-12 * max(1.0, largest(x)))
             assert face.impact[1] * (face.row @ v) <= 1e-12 * largest(v)
-            for c in system.contacts:
+            for c in system.rigid_stops:
                 assert c.lower - 1e-12 * largest(x) <= x @ c.row <= c.upper + 1e-12 * largest(x)
-        both = {(i, s) for i, c in enumerate(system.contacts) for s in (1, -1)
+        both = {(i, s) for i, c in enumerate(system.rigid_stops) for s in (1, -1)
                 if math.isfinite(c.upper if s > 0 else c.lower)}  # fmt: skip
         assert stops == both
 
 
 def test_a_stop_behind_another_is_never_started_from() -> None:
-    near, hidden = vi.Contact((1.0,), upper=0.5), vi.Contact((1.0,), upper=0.7)
+    near, hidden = vi.RigidStop((1.0,), upper=0.5), vi.RigidStop((1.0,), upper=0.7)
     system = vi.Mechanism(mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
-                          forces=(vi.Harmonic(1.0, (1.0,)),), contacts=(near, hidden))  # fmt: skip
+                          forces=(vi.Harmonic(1.0, (1.0,)),), elements=(near, hidden))  # fmt: skip
     assert [face.impact for face in starts_of(system).faces] == [(0, 1)]
 
 
@@ -278,7 +278,7 @@ def test_the_command_searches_a_mechanism_from_a_file(capsys: pytest.CaptureFixt
     Path("m.toml").write_text(
         "[mechanism]\nmass = [[1.0]]\ndamping = [[0.1]]\nstiffness = [[1.0]]\n"
         "[[mechanism.forces]]\nomega = 1.0\nsine = [1.0]\n"
-        "[[mechanism.contacts]]\nrow = [1.0]\nupper = 1.0\nrestitution = 0.8\n"
+        '[[mechanism.elements]]\nkind = "rigid_stop"\nrow = [1.0]\nupper = 1.0\nrestitution = 0.8\n'
     )
     assert cli.main(["orbits", "--config", "m.toml", "--cycles", "1", "--starts", "3"]) == 0
     assert "1-1-0" in capsys.readouterr().out

@@ -74,8 +74,8 @@ PARAMETERS = {
     "friction": ("elements[0].kinetic",),
     "friction that reverses": ("elements[0].kinetic",),
     "friction on a belt": ("elements[0].belt_speed", "elements[0].static"),
-    "rigid, moving": ("contacts[0].motion[0].sine[0]", "contacts[0].restitution"),
-    "rigid and friction": ("elements[0].kinetic", "contacts[0].upper"),
+    "rigid, moving": ("elements[0].motion[0].sine[0]", "elements[0].restitution"),
+    "rigid and friction": ("elements[1].kinetic", "elements[0].upper"),
     "soft and friction": ("elements[1].kinetic", "elements[0].stiffness"),
 }
 TO_THIRD_ORDER = ("soft, by gap", "soft, by force", "friction", "rigid, moving")
@@ -456,7 +456,7 @@ def test_the_closing_loop_of_a_motion_is_the_same_in_all_units(length: float, ti
     def loop_in(length: float, time: float) -> ClosingLoop:
         m = vi.Mechanism(
             mass=[[1.0]], damping=[[0.1 / time]], stiffness=[[1.0 / time**2]],
-            contacts=(vi.Contact((1.0,), upper=0.5 * length, restitution=0.5),),
+            elements=(vi.RigidStop((1.0,), upper=0.5 * length, restitution=0.5),),
             forces=(vi.Harmonic(1.3 / time, (length / time**2,)),),
         )  # fmt: skip
         found = closing_loop(vi.simulate(m, REST, t_max=300.0 * time), None, None)

@@ -301,7 +301,7 @@ def test_symmetry_is_refused_where_the_system_or_the_cycles_have_none() -> None:
     with pytest.raises(vi.InvalidParameterError, match="does not change sign"):
         vi.find_orbit(damper, two, impacts=["A", "B"], cycles=2, symmetric=True)
     lopsided = replace(
-        damper.mechanism, contacts=(replace(damper.mechanism.contacts[0], upper=4.0),)
+        damper.mechanism, elements=(replace(damper.mechanism.elements[0], upper=4.0),)
     )
     with pytest.raises(vi.InvalidParameterError, match="mirror images"):
         vi.find_orbit(lopsided, two, impacts=["A", "B"], cycles=1, symmetric=True)
@@ -316,7 +316,7 @@ def test_cycles_over_which_the_force_does_not_repeat_are_refused() -> None:
 
 def test_a_guess_that_leads_nowhere_is_a_status() -> None:
     """A wall out of reach: the steady motion has amplitude 0.1 / 0.1 = 1 < 2."""
-    far = replace(coco(0.1), contacts=(vi.Contact((1.0,), upper=2.0, restitution=0.8),))
+    far = replace(coco(0.1), elements=(vi.RigidStop((1.0,), upper=2.0, restitution=0.8),))
     orbit = vi.find_orbit(far, GUESS, impacts=["A"], cycles=1)
     assert not orbit.converged
     assert "no convergence" in orbit.status
@@ -325,7 +325,7 @@ def test_a_guess_that_leads_nowhere_is_a_status() -> None:
 
 
 def test_a_motion_without_a_loop_is_a_status() -> None:
-    far = replace(coco(0.1), contacts=(vi.Contact((1.0,), upper=2.0, restitution=0.8),))
+    far = replace(coco(0.1), elements=(vi.RigidStop((1.0,), upper=2.0, restitution=0.8),))
     orbit = vi.find_orbit(far, vi.State((0.0,), (0.0,)))
     assert not orbit.converged
     assert "no loop" in orbit.status
@@ -350,7 +350,7 @@ def test_a_coordinate_at_rest_does_not_hide_how_far_a_loop_is_from_its_image() -
     pair = vi.Mechanism(
         mass=np.eye(2), damping=0.1 * np.eye(2), stiffness=np.eye(2),
         forces=(vi.Harmonic(1.0, (1.0, 0.0)),),
-        contacts=(vi.Contact((1.0, 0.0), -1.0, 1.0, 0.7),),
+        elements=(vi.RigidStop((1.0, 0.0), -1.0, 1.0, 0.7),),
     )  # fmt: skip
     orbit = vi.find_orbit(pair, vi.State((0.0, 0.0), (0.5, 0.0)), symmetric=False)
     assert orbit.symbol == "1-1-1"

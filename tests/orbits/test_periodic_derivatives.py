@@ -217,7 +217,7 @@ def test_the_full_map_is_the_impact_maps_one_after_another(
         mechanism_of_entry(entry), guess_of_entry(entry), impacts=impacts_of(entry["signature"]),
         cycles=entry["cycles"],
     )  # fmt: skip
-    for parameter in ("omega", "stiffness[0][0]", "contacts[0].restitution"):
+    for parameter in ("omega", "stiffness[0][0]", "elements[0].restitution"):
         whole = vi.full_map(orbit, parameter)
         chained: Any = vi.impact_map(orbit, 0, parameter)
         for k in range(1, len(orbit.signature.impacts)):

@@ -26,7 +26,7 @@ def plastic(seed: int, *, at_zero: bool) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0]], damping=[[rng.uniform(0.02, 0.3)]], stiffness=[[rng.uniform(0.3, 4.0)]],
         forces=(vi.Harmonic(rng.uniform(0.4, 4.0), (rng.uniform(1.5, 8.0),)),),
-        contacts=(vi.Contact((1.0,), low, high, 0.0),),
+        elements=(vi.RigidStop((1.0,), low, high, 0.0),),
     )  # fmt: skip
 
 
@@ -50,7 +50,7 @@ def test_motions_between_plastic_stops_have_the_period_of_their_phases(*, at_zer
     compared = 0
     for seed in range(12):
         system = plastic(seed, at_zero=at_zero)
-        contact = system.contacts[0]
+        contact = system.rigid_stops[0]
         start = vi.State((0.5 * (contact.lower + contact.upper),), (0.1,), 0.3)
         wanted = witness(system, start)
         if not wanted or wanted.split("-")[1] == "0":  # nothing on the section at stop A
@@ -72,7 +72,7 @@ def test_a_mass_that_lands_softly_on_both_stops_once_a_period_is_1_1_1() -> None
     """After its impacts the velocity is some 1e-16, and "5-5-5" was read from it."""
     system = vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[3.0]], forces=(vi.Harmonic(1.6, (1.5,)),),
-        contacts=(vi.Contact((1.0,), -0.7, 0.5, 0.0),),
+        elements=(vi.RigidStop((1.0,), -0.7, 0.5, 0.0),),
     )  # fmt: skip
     start = vi.State((0.0,), (0.1,), 0.3)
     assert vi.classify(system, start).label == "1-1-1 periodic, not symmetric"
@@ -80,7 +80,7 @@ def test_a_mass_that_lands_softly_on_both_stops_once_a_period_is_1_1_1() -> None
     slots = vi.Family(
         lambda upper: vi.Mechanism(
             mass=system.mass, damping=system.damping, stiffness=system.stiffness,
-            forces=system.forces, contacts=(vi.Contact((1.0,), -0.7, upper, 0.0),),
+            forces=system.forces, elements=(vi.RigidStop((1.0,), -0.7, upper, 0.0),),
         ),
         upper=0.5,
     )  # fmt: skip
@@ -91,7 +91,7 @@ def test_a_mass_that_lands_softly_on_both_stops_once_a_period_is_1_1_1() -> None
 def test_a_symmetric_slot_has_a_symmetric_plastic_motion() -> None:
     system = vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[3.0]], forces=(vi.Harmonic(1.6, (1.5,)),),
-        contacts=(vi.Contact((1.0,), -0.5, 0.5, 0.0),),
+        elements=(vi.RigidStop((1.0,), -0.5, 0.5, 0.0),),
     )  # fmt: skip
     found = vi.classify(system, vi.State((0.0,), (0.1,), 0.3))
     assert found.name == "1-1-1 periodic"

@@ -130,7 +130,7 @@ def test_a_search_that_moves_with_its_stop_finds_the_orbits_of_the_stop_at_rest(
     moving = vi.RigidStop((1.0,), upper=0.25, restitution=0.75, motion=vi.Harmonic(w, (a,)))
     own = vi.Mechanism(
         mass=[[1.0]], damping=[[c]], stiffness=[[k]],
-        contacts=(vi.Contact((1.0,), upper=0.25, restitution=0.75),),
+        elements=(vi.RigidStop((1.0,), upper=0.25, restitution=0.75),),
         forces=(vi.Harmonic(w, (f + a * (w**2 - k),), (-c * a * w,)),),
     )  # fmt: skip
     here = vi.find_orbits(one(moving, omega=w, damping=c, force=f), impacts=2, starts=8)

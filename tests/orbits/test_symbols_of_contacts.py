@@ -28,9 +28,9 @@ def pair(omega: float, gap: float, wall: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.2, -0.05], [-0.05, 0.15]],
         stiffness=[[2.0, -0.5], [-0.5, 1.5]], forces=(vi.Harmonic(omega, (1.0, 0.3)),),
-        contacts=(
-            vi.Contact((1.0, 0.0), upper=wall, restitution=0.6),
-            vi.Contact((0.0, 1.0), lower=-gap, upper=0.6, restitution=0.7),
+        elements=(
+            vi.RigidStop((1.0, 0.0), upper=wall, restitution=0.6),
+            vi.RigidStop((0.0, 1.0), lower=-gap, upper=0.6, restitution=0.7),
         ),
     )  # fmt: skip
 

@@ -88,11 +88,11 @@ BRANCHES: dict[
     str, tuple[str, str, Dimension, tuple[float, float]]
 ] = {  # machine, parameter, its dimension, range
     "frequency, rigid": ("rigid", "omega", FREQUENCY, (0.7, 0.84)),
-    "clearance, rigid": ("rigid", "contacts[0].upper", LENGTH, (0.3, 0.7)),
-    "restitution, rigid": ("rigid", "contacts[0].restitution", PURE, (0.5, 0.9)),
+    "clearance, rigid": ("rigid", "elements[0].upper", LENGTH, (0.3, 0.7)),
+    "restitution, rigid": ("rigid", "elements[0].restitution", PURE, (0.5, 0.9)),
     "amplitude, rigid": ("rigid", "forces[0].sine[0]", FORCE, (0.8, 1.2)),
     "frequency, damper": ("damper", "omega", FREQUENCY, (0.9, 1.0)),
-    "restitution, damper": ("damper", "contacts[0].restitution", PURE, (0.6, 0.9)),
+    "restitution, damper": ("damper", "elements[0].restitution", PURE, (0.6, 0.9)),
     "frequency, soft": ("soft", "omega", FREQUENCY, (0.7, 0.84)),
     "clearance, soft": ("soft", "elements[0].upper", LENGTH, (0.3, 0.7)),
     "frequency, friction": ("friction", "omega", FREQUENCY, (0.7, 0.84)),
@@ -144,10 +144,10 @@ def test_branches_have_the_same_bits_in_units_of_powers_of_two(
 
 CURVES: dict[str, tuple[str, tuple[float, float], str, str, Dimension, tuple[float, float]]] = {
     # machine, range of its branch, point, second parameter, its dimension and range
-    "SN": ("rigid", (0.7, 0.84), "SN1", "contacts[0].upper", LENGTH, (0.3, 0.7)),
+    "SN": ("rigid", (0.7, 0.84), "SN1", "elements[0].upper", LENGTH, (0.3, 0.7)),
     "PD": ("rigid", (0.7, 0.84), "PD1", "forces[0].sine[0]", FORCE, (0.8, 1.2)),
-    "ZERO": ("rigid", (0.7, 0.84), "ZERO1", "contacts[0].upper", LENGTH, (0.3, 0.7)),
-    "NS": ("damper", (0.9, 1.0), "NS1", "contacts[0].restitution", PURE, (0.7, 0.9)),
+    "ZERO": ("rigid", (0.7, 0.84), "ZERO1", "elements[0].upper", LENGTH, (0.3, 0.7)),
+    "NS": ("damper", (0.9, 1.0), "NS1", "elements[0].restitution", PURE, (0.7, 0.9)),
     "GR": ("soft", (0.7, 0.84), "GR1", "damping[0][0]", (0, -1, 1), (0.05, 0.2)),
 }
 
@@ -230,8 +230,9 @@ def test_a_ball_beside_an_element_comes_to_rest_on_the_floor_in_any_unit_of_leng
         "soft stop": (vi.SoftStop((1.0,), upper=5.0 * unit, stiffness=10.0),),
     }[beside]  # fmt: skip
     m = vi.Mechanism(
-        mass=[[1.0]], damping=[[0.02]], stiffness=[[0.5]], elements=elements,
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.6),), constant_force=(-unit,),
+        mass=[[1.0]], damping=[[0.02]], stiffness=[[0.5]],
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.6), *elements),
+        constant_force=(-unit,),
         forces=(vi.Harmonic(1.3, (0.2 * unit,)),),
     )  # fmt: skip
     run = vi.simulate(m, vi.State((unit,), (0.0,)), t_max=100.0)

@@ -28,7 +28,7 @@ BALL = vi.Mechanism(
     damping=((0.0,),),
     stiffness=((0.0,),),
     constant_force=(-9.8,),
-    contacts=(vi.Contact((1.0,), lower=0.0, restitution=0.5),),
+    elements=(vi.RigidStop((1.0,), lower=0.0, restitution=0.5),),
 )
 OMEGAS = np.array([1.1, 1.15, 1.2])
 

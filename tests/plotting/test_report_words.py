@@ -65,8 +65,10 @@ def test_the_table_of_several_balls_has_every_spring_and_stop() -> None:
         damping=[[0.3, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]],
         stiffness=[[5.0, -2.0, 0.0], [-2.0, 2.0, 0.0], [0.0, 0.0, 0.0]],
         forces=(vi.Harmonic(1.5, (3.0, 0.0, 0.0), (4.0, 0.0, 0.0)),),
-        contacts=(vi.Contact((-1.0, 0.0, 1.0), -0.2, 0.3, (0.5, 0.7)),),
-        elements=(vi.Friction((0.0, 1.0, 0.0), kinetic=0.25),),
+        elements=(
+            vi.RigidStop((-1.0, 0.0, 1.0), -0.2, 0.3, (0.5, 0.7)),
+            vi.Friction((0.0, 1.0, 0.0), kinetic=0.25),
+        ),
     )
     rows = {row[0]: row[2] for row in machine_table(machine, [Varied("omega", "varied")]).rows}
     assert {name: value for name, value in rows.items() if name != "friction 1"} == {

@@ -245,7 +245,7 @@ def test_a_place_outside_the_band_and_a_missing_free_mass_are_refused(
     with pytest.raises(vi.InvalidParameterError, match="free masses beside it"):
         comparison(response, "tuned")
     ball = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]],
-                        contacts=(vi.Contact((1.0,), upper=1.0),))  # fmt: skip
+                        elements=(vi.RigidStop((1.0,), upper=1.0),))  # fmt: skip
     with pytest.raises(vi.InvalidParameterError, match="no forcing"):
         vi.frequency_response(ball, "stiffness[0][0]", (1.0, 2.0))
 

@@ -52,7 +52,7 @@ def test_the_closed_form_is_the_motion_of_a_machine_of_two_masses() -> None:
     machine = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 0.1]], damping=[[2.0 * z + c, -c], [-c, c]],
         stiffness=[[1.0 + k, -k], [-k, k]], forces=(vi.Harmonic(g, (1.0, 0.0)),),
-        contacts=(vi.Contact((-1.0, 1.0), upper=100.0),),
+        elements=(vi.RigidStop((-1.0, 1.0), upper=100.0),),
     )  # fmt: skip
     amplitude = vi.measure_of("x1", machine).of_orbit(FreeMotion(machine, np.zeros(2)))
     assert tuned.amplification(g) == pytest.approx(amplitude, rel=1e-12)

@@ -25,7 +25,7 @@ def oscillator(k: float, wall: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=((1.0,),), damping=((0.1,),), stiffness=((k,),),
         forces=(vi.Harmonic(0.8, (1.0,)),),
-        contacts=(vi.Contact((1.0,), upper=wall, restitution=0.7),),
+        elements=(vi.RigidStop((1.0,), upper=wall, restitution=0.7),),
     )  # fmt: skip
 
 
@@ -123,9 +123,9 @@ def meeting(omega: float, k: float) -> vi.Mechanism:
         damping=[[0.1, -0.03], [-0.03, 0.05]],
         stiffness=[[1.0 + k, -k], [-k, k]],
         forces=(vi.Harmonic(omega, (1.0, 0.0)),),
-        contacts=(
-            vi.Contact((1.0, 0.0), upper=0.5, restitution=0.7),
-            vi.Contact((-1.0, 1.0), lower=-0.4, upper=0.4, restitution=0.6),
+        elements=(
+            vi.RigidStop((1.0, 0.0), upper=0.5, restitution=0.7),
+            vi.RigidStop((-1.0, 1.0), lower=-0.4, upper=0.4, restitution=0.6),
         ),
     )
 

@@ -29,8 +29,7 @@ FEW = vi.Steps(first=0.02, largest=0.5, points=12)
 OSCILLATOR = vi.Mechanism(
     mass=((1.0,),), damping=((0.1,),), stiffness=((1.0,),),
     forces=(vi.Harmonic(0.8, (1.0,)),),
-    contacts=(vi.Contact((1.0,), upper=0.5, restitution=0.7),),
-    elements=(vi.Friction((1.0,), 0.05),),
+    elements=(vi.RigidStop((1.0,), upper=0.5, restitution=0.7), vi.Friction((1.0,), 0.05)),
 )  # fmt: skip
 RELAY = vi.HybridSystem(
     modes={"on": vi.LinearMode([[-1.0]], [3.0]), "off": vi.LinearMode([[-1.0]], [0.0])},

@@ -116,7 +116,7 @@ def test_a_frequency_moves_stops_with_it() -> None:
     faster = with_parameter(m, "omega", 3.0)
     assert isinstance(faster, vi.Mechanism)
     assert faster.forces[0].omega == 3.0
-    assert faster.contacts[0].motion[0].omega == 3.0
+    assert faster.rigid_stops[0].motion[0].omega == 3.0
     run = vi.simulate(faster, vi.State((2.0,), (0.0,)), impacts=5)
     np.testing.assert_allclose(run.position[:, 0], 0.3 * np.sin(3.0 * run.time), atol=1e2 * ULPS)
 

@@ -20,17 +20,17 @@ CHAOS = SETS["C"].damper(0.418)
 CHATTER = SETS["C"].damper(0.41719)
 
 
-def mass(damping: float, *walls: vi.Contact, **more: object) -> vi.Mechanism:
+def mass(damping: float, *walls: vi.RigidStop, **more: object) -> vi.Mechanism:
     """A mass of one that no spring holds, between walls."""
     return vi.Mechanism(
-        mass=[[1.0]], damping=[[damping]], stiffness=[[0.0]], contacts=walls, **more
+        mass=[[1.0]], damping=[[damping]], stiffness=[[0.0]], elements=walls, **more
     )
 
 
 def falling(restitution: float) -> vi.Mechanism:
     """A ball above a table that shakes harder than gravity holds it."""
     return mass(
-        0.0, vi.Contact((1.0,), lower=0.0, restitution=restitution),
+        0.0, vi.RigidStop((1.0,), lower=0.0, restitution=restitution),
         forces=(vi.Harmonic(1.0, (2.0,)),), constant_force=(-1.0,),
     )  # fmt: skip
 
@@ -40,7 +40,7 @@ def stack() -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 0.4]], damping=np.zeros((2, 2)), stiffness=np.zeros((2, 2)),
         constant_force=(-1.0, -0.4),
-        contacts=(vi.Contact((1.0, 0.0), lower=0.0), vi.Contact((-1.0, 1.0), lower=0.0)),
+        elements=(vi.RigidStop((1.0, 0.0), lower=0.0), vi.RigidStop((-1.0, 1.0), lower=0.0)),
     )  # fmt: skip
 
 
@@ -52,9 +52,9 @@ STACKED = vi.State((1.0, 2.1), (0.0, 0.3))
 TWO_CONTACTS = vi.Mechanism(
     mass=[[1.0, 0.0], [0.0, 0.5]], damping=[[0.2, -0.1], [-0.1, 0.1]],
     stiffness=[[2.0, -1.0], [-1.0, 1.0]], forces=(vi.Harmonic(1.1, (1.0, 0.0)),),
-    contacts=(
-        vi.Contact((1.0, 0.0), upper=0.6, restitution=0.7),
-        vi.Contact((-1.0, 1.0), lower=-0.9, restitution=(0.5, 1.0)),
+    elements=(
+        vi.RigidStop((1.0, 0.0), upper=0.6, restitution=0.7),
+        vi.RigidStop((-1.0, 1.0), lower=-0.9, restitution=(0.5, 1.0)),
     ),
 )  # fmt: skip
 PERIODIC = {
@@ -93,7 +93,7 @@ def logarithm_of_volumes(run: vi.Run, first: int, last: int) -> float:
     trace = float(np.trace(np.linalg.solve(np.array(m.mass), np.array(m.damping))))
     losses = 0.0
     for k in range(first + 1, last + 1):
-        lower, upper = m.contacts[run.contact[k]].restitutions
+        lower, upper = m.rigid_stops[run.contact[k]].restitutions
         losses += 2.0 * math.log(upper if run.side[k] > 0 else lower)
     return losses - trace * float(run.time[last] - run.time[first])
 
@@ -191,7 +191,7 @@ def test_a_self_excited_mass_between_two_walls_has_the_exponent_of_its_gain(
 
     The multiplier is R per impact, and the exponent is ln R / period = -c.
     """
-    walls = vi.Contact((1.0,), 0.0, 1.0, restitution)
+    walls = vi.RigidStop((1.0,), 0.0, 1.0, restitution)
     found = vi.lyapunov_spectrum(mass(-gain, walls), vi.State((0.5,), (1.0,)), impacts=1024)
     np.testing.assert_allclose(found.values, [-gain], rtol=1e-12)
     np.testing.assert_allclose(found.per_impact, [math.log(restitution)], rtol=1e-12)
@@ -201,8 +201,8 @@ def test_two_independent_masses_have_both_exponents_and_a_zero_for_their_phases(
     pair = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 2.0]], damping=[[-0.3, 0.0], [0.0, -0.4]],
         stiffness=np.zeros((2, 2)),
-        contacts=(
-            vi.Contact((1.0, 0.0), 0.0, 1.0, 0.6), vi.Contact((0.0, 1.0), 0.0, 1.5, 0.7),
+        elements=(
+            vi.RigidStop((1.0, 0.0), 0.0, 1.0, 0.6), vi.RigidStop((0.0, 1.0), 0.0, 1.5, 0.7),
         ),
     )  # fmt: skip
     found = vi.lyapunov_spectrum(pair, vi.State((0.5, 0.3), (1.0, 0.7)), impacts=4000)
@@ -215,7 +215,7 @@ def test_two_independent_masses_have_both_exponents_and_a_zero_for_their_phases(
 
 def test_a_free_mass_between_walls_loses_a_difference_of_speeds_at_the_rate_of_its_losses() -> None:
     """Speeds go as R^k, and so do differences of them and the velocity of the flow."""
-    walls = vi.Contact((1.0,), 0.0, 1.0, (0.999, 0.998))
+    walls = vi.RigidStop((1.0,), 0.0, 1.0, (0.999, 0.998))
     found = vi.lyapunov_spectrum(
         mass(0.0, walls), vi.State((0.5,), (1.0,)), impacts=1024, settle_impacts=0
     )
@@ -240,7 +240,7 @@ def test_exponents_without_losses_come_in_pairs_around_the_zero_of_the_energy() 
 TWO_LINES = vi.Mechanism(
     mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
     forces=(vi.Harmonic(1.0, (2.0,)), vi.Harmonic(math.sqrt(2.0), (0.5,))),
-    contacts=(vi.Contact((1.0,), upper=0.3, restitution=0.8),),
+    elements=(vi.RigidStop((1.0,), upper=0.3, restitution=0.8),),
 )  # fmt: skip
 
 
@@ -315,7 +315,7 @@ def test_a_direction_that_long_flights_nearly_lose_is_not_what_sticking_forgets(
         mass=np.diag([1.0, 1.0, 0.1]), damping=np.diag([damping, damping, 0.0]),
         stiffness=[[fast + off, off, 0.0], [off, fast + off, 0.0], [0.0, 0.0, 0.0]],
         forces=(vi.Harmonic(omega, (5.0 * fast, 0.0, 0.0)),),
-        contacts=(vi.Contact((-1.0, 0.0, 1.0), -half, half, float(rng.uniform(0.5, 0.95))),),
+        elements=(vi.RigidStop((-1.0, 0.0, 1.0), -half, half, float(rng.uniform(0.5, 0.95))),),
     )  # fmt: skip
     start = vi.State((0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
     run = vi.simulate(box, start, impacts=3000)
@@ -372,9 +372,9 @@ def test_a_contact_that_never_opens_is_named_as_the_reason() -> None:
     held = vi.Mechanism(
         mass=np.eye(2), damping=0.1 * np.eye(2), stiffness=np.eye(2),
         forces=(vi.Harmonic(1.0, (1.0, 0.1)),), constant_force=(0.0, 50.0),
-        contacts=(
-            vi.Contact((1.0, 0.0), upper=0.2, restitution=0.8),
-            vi.Contact((0.0, 1.0), upper=0.2, restitution=0.8),
+        elements=(
+            vi.RigidStop((1.0, 0.0), upper=0.2, restitution=0.8),
+            vi.RigidStop((0.0, 1.0), upper=0.2, restitution=0.8),
         ),
     )  # fmt: skip
     found = vi.lyapunov_spectrum(held, vi.State((0.0, 0.0), (0.0, 0.0)), impacts=1024)
@@ -387,7 +387,7 @@ def test_impacts_of_several_contacts_at_once_leave_the_sum_unknown() -> None:
     twins = vi.Mechanism(
         mass=np.eye(2), damping=0.1 * np.eye(2), stiffness=np.eye(2),
         forces=(vi.Harmonic(1.0, (1.0, 1.0)),),
-        contacts=tuple(vi.Contact(row, upper=0.2, restitution=0.8) for row in np.eye(2)),
+        elements=tuple(vi.RigidStop(row, upper=0.2, restitution=0.8) for row in np.eye(2)),
     )  # fmt: skip
     found = vi.lyapunov_spectrum(twins, vi.State((0.0, 0.0), (0.0, 0.0)), impacts=1024)
     assert "all impacts are simultaneous" in found.statement

@@ -27,7 +27,7 @@ def bouncing_ball(restitution=0.5):
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
         forces=(vi.Harmonic(1.0, (2.0,)),),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=restitution),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=restitution),),
         constant_force=(-1.0,),
     )  # fmt: skip
 
@@ -103,7 +103,7 @@ def test_a_motion_that_stops_impacting_leaves_the_points_it_had():
     # A pendulum-like oscillator that touches its stop only at first.
     damped = vi.Mechanism(
         mass=[[1.0]], damping=[[0.4]], stiffness=[[1.0]],
-        contacts=(vi.Contact((1.0,), lower=-0.5, restitution=0.9),),
+        elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=0.9),),
     )  # fmt: skip
     section = vi.section(damped, vi.State((2.0,), (0.0,)), at=vi.AtStop("B"), points=100, settle=0)
     assert 1 <= len(section) < 100
@@ -141,7 +141,7 @@ def oscillator(omega, stop):
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
         forces=(vi.Harmonic(omega, (0.5,)),),
-        contacts=(vi.Contact((1.0,), upper=stop, restitution=0.8),),
+        elements=(vi.RigidStop((1.0,), upper=stop, restitution=0.8),),
     )  # fmt: skip
 
 
@@ -220,7 +220,7 @@ def test_a_stroboscopic_section_is_drawn_without_the_plus_of_impacts():
 def test_without_forcing_there_is_no_phase_to_look_at():
     free = vi.Mechanism(
         mass=[[1.0]], damping=[[0.4]], stiffness=[[1.0]],
-        contacts=(vi.Contact((1.0,), lower=-0.5, restitution=0.9),),
+        elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=0.9),),
     )  # fmt: skip
     with pytest.raises(vi.InvalidParameterError, match="no forcing"):
         vi.section(free, vi.State((2.0,), (0.0,)), at=vi.AtPhase())

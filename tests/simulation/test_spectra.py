@@ -24,7 +24,7 @@ def spectrum(system: vi.Mechanism, start: vi.State, periods: float) -> tuple[np.
 def contraction(system: vi.Mechanism, rate: float) -> float:
     """Volumes shrink by exp(-trace(C / M) t) in flight and by R^2 in an impact."""
     flight = np.trace(np.linalg.solve(np.array(system.mass), np.array(system.damping)))
-    (restitution, _) = system.contacts[0].restitutions
+    (restitution, _) = system.rigid_stops[0].restitutions
     return -float(flight) + 2.0 * math.log(restitution) * rate
 
 
@@ -57,7 +57,7 @@ def with_modes_that_fade(seed: int) -> tuple[vi.Mechanism, float]:
     system = vi.Mechanism(
         mass=mass.tolist(), damping=damping.tolist(), stiffness=stiffness.tolist(),
         forces=(vi.Harmonic(omega, force),),
-        contacts=(vi.Contact(row, -half, half, float(rng.uniform(0.5, 0.95))),),
+        elements=(vi.RigidStop(row, -half, half, float(rng.uniform(0.5, 0.95))),),
     )  # fmt: skip
     return system, half
 
@@ -97,14 +97,14 @@ def test_a_start_that_one_flight_leaves_nothing_of_is_not_forgotten(restitution:
     """Once in a period of the force an oscillator impacts that fades by exp(-44) in between."""
     system = vi.Mechanism(
         mass=[[1.0]], damping=[[14.0]], stiffness=[[400.0]], forces=(vi.Harmonic(1.0, (400.0,)),),
-        contacts=(vi.Contact((1.0,), upper=0.9999, restitution=restitution),),
+        elements=(vi.RigidStop((1.0,), upper=0.9999, restitution=restitution),),
     )  # fmt: skip
     start = vi.State((0.0,), (0.0,))
     found, rate = spectrum(system, start, 200)
     assert rate == pytest.approx(system.omega / (2.0 * math.pi))
     ends = 1.0 / 200  # a complex pair turns by an angle between the first and the last impact
     assert found.sum() == pytest.approx(contraction(system, rate), abs=ends)
-    over = {"contacts[0].restitution[1]": np.linspace(restitution, 0.9, 20)}
+    over = {"elements[0].restitution[1]": np.linspace(restitution, 0.9, 20)}
     several = vi.sweep(system, over=over, start=start, observe=["lyapunov"], settle_periods=200, periods=200,
                        progress=False)  # fmt: skip
     assert several.lyapunov[0].item() == found[0]  # in lanes, beside others

@@ -150,8 +150,8 @@ def test_what_the_machine_does_not_have_is_refused_with_what_it_has(at, words):
 
 
 def test_the_usual_place_is_what_the_machine_has_first():
-    ball = vi.Contact((1.0,), lower=0.0)
-    fallen = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], contacts=(ball,))
+    ball = vi.RigidStop((1.0,), lower=0.0)
+    fallen = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[1.0]], elements=(ball,))
     pushed = replace(belt(), forces=(vi.Harmonic(1.3, (0.2,)),))
     for machine, at in [
         (fallen, vi.AtStop("B")), (pushed, vi.AtPhase()), (belt(), vi.AtChange()),

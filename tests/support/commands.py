@@ -23,7 +23,8 @@ stiffness = [[1.0]]
 omega = 0.8
 sine = [1.0]
 
-[[mechanism.contacts]]
+[[mechanism.elements]]
+kind = "rigid_stop"
 row = [1.0]
 upper = 0.5
 restitution = 0.7

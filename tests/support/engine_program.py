@@ -36,7 +36,7 @@ def system_of(name: str) -> vi.Mechanism:
             damping=[[0.12, -0.02], [-0.02, 0.03]],
             stiffness=[[2.0, -0.8], [-0.8, 1.2]],
             forces=(vi.Harmonic(0.8, (1.0, 0.3)),),
-            contacts=(vi.Contact((0.0, 1.0), -0.5, 0.5, 0.7),),
+            elements=(vi.RigidStop((0.0, 1.0), -0.5, 0.5, 0.7),),
         )
     rest, half_clearance, omega = SETS[name]
     return vi.ImpactDamper(**rest, half_clearance=half_clearance, omega=omega).mechanism

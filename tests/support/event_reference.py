@@ -48,7 +48,7 @@ class Margin(NamedTuple):
 class Reference:
     def __init__(self, m: Mechanism, start: State) -> None:
         self.m, self.n = m, m.degrees
-        moving = [e.lines for e in (*m.contacts, *m.elements)]
+        moving = [e.lines for e in m.elements]
         lines = [*m.forces, *itertools.chain(*moving)]
         self.omegas = sorted({line.omega for line in lines})
         self.size = 2 * self.n + 2 * len(self.omegas) + 1
@@ -111,7 +111,7 @@ class Reference:
 
     def equations(self, states: tuple[int, ...]) -> tuple[Array, list[Margin]]:
         m, n = self.m, self.n
-        contacts = len(m.contacts)
+        contacts = len(m.rigid_stops)
         force = np.zeros((n, self.size))
         force[:, :n], force[:, n : 2 * n] = -np.array(m.stiffness), -np.array(m.damping)
         force[:, -1] = m.constant_force
@@ -121,14 +121,14 @@ class Reference:
             force[:, at + 1] += line.cosine
         held: list[tuple[int, Array, Array]] = []  # number, row, acceleration
         margins = []
-        for i, (contact, q) in enumerate(zip(m.contacts, states, strict=False)):
+        for i, (contact, q) in enumerate(zip(m.rigid_stops, states, strict=False)):
             if q != OPEN:
                 held.append((i, np.array(contact.row), self.motion(contact.motion, 2)))
                 continue
             for side, limit in ((1, contact.upper), (-1, contact.lower)):
                 if math.isfinite(limit):
                     margins.append(Margin(i, self.within(contact, side)))
-        for i, (e, q) in enumerate(zip(m.elements, states[contacts:], strict=True), contacts):
+        for i, (e, q) in enumerate(zip(m.switching, states[contacts:], strict=True), contacts):
             row = np.array(e.row)
             if isinstance(e, SoftStop):
                 if q in (UPPER, LOWER):
@@ -177,9 +177,9 @@ class Reference:
         return [beyond if e.law == "linear" else press]
 
     def held_margins(self, i: int, q: int, force: Array) -> list[Margin]:
-        if i < len(self.m.contacts):
+        if i < len(self.m.rigid_stops):
             return [Margin(i, (-1 if q == UPPER else 1) * force, resting=True)]
-        e = self.m.elements[i - len(self.m.contacts)]
+        e = self.m.switching[i - len(self.m.rigid_stops)]
         assert isinstance(e, Friction)
         assert e.static is not None
         level = np.zeros(self.size)
@@ -191,16 +191,16 @@ class Reference:
     # ---- states ----------------------------------------------------------------------------------
 
     def choices(self, i: int, z: Array) -> list[int]:
-        contacts = len(self.m.contacts)
+        contacts = len(self.m.rigid_stops)
         if i < contacts:
-            c = self.m.contacts[i]
+            c = self.m.rigid_stops[i]
             resting = abs(self.gap(c, 1) @ z) < NEAR
             sides = [
                 q for q, side, limit in ((UPPER, 1, c.upper), (LOWER, -1, c.lower))
                 if resting and math.isfinite(limit) and abs(self.within(c, side) @ z) < NEAR
             ]  # fmt: skip
             return [*sides, OPEN]
-        e = self.m.elements[i - contacts]
+        e = self.m.switching[i - contacts]
         if isinstance(e, Friction):
             return [STICK, FORWARD, BACKWARD]
         found = [OPEN]
@@ -250,7 +250,7 @@ class Reference:
         raise RuntimeError("states change for ever")
 
     def strike(self, i: int, z: Array) -> Array:
-        c = self.m.contacts[i]
+        c = self.m.rigid_stops[i]
         rate = self.gap(c, 1) @ z
         r = c.restitutions[1 if rate > 0 else 0]
         lift = np.linalg.solve(self.mass, np.array(c.row))
@@ -261,14 +261,14 @@ class Reference:
     def states_between(self, z: Array) -> tuple[int, ...]:
         """States of a segment from its values: columns z within it."""
         found = []
-        for contact in self.m.contacts:
+        for contact in self.m.rigid_stops:
             closed = [
                 q for q, side, limit in ((UPPER, 1, contact.upper), (LOWER, -1, contact.lower))
                 if math.isfinite(limit) and np.abs(self.within(contact, side) @ z).max() < 1e-11
                 and np.abs(self.gap(contact, 1) @ z).max() < 1e-11
             ]  # fmt: skip
             found.append(closed[0] if closed else OPEN)
-        for e in self.m.elements:
+        for e in self.m.switching:
             middle = z[:, z.shape[1] // 2]
             if isinstance(e, Friction):
                 slip = self.slip(e) @ z
@@ -289,9 +289,9 @@ class Reference:
 
     def events(self, count: int, t_max: float, rtol: float = 1e-13) -> list[Happening]:
         """The first events; fewer where impacts become too weak to be followed (chatter)."""
-        contacts = len(self.m.contacts)
+        contacts = len(self.m.rigid_stops)
         t, z, out = 0.0, self.z, []
-        states: tuple[int, ...] = (0,) * (contacts + len(self.m.elements))
+        states: tuple[int, ...] = (0,) * (contacts + len(self.m.switching))
         states = self.decide(states, z, set(range(len(states))))
         while len(out) < count:
             hit = self.fly(states, t, z, t_max, rtol)
@@ -302,11 +302,11 @@ class Reference:
             if i < contacts:
                 what = "release" if margin.resting else "impact"
             if what == "impact":
-                if abs(self.gap(self.m.contacts[i], 1) @ z) < 100.0 * MOMENT:
+                if abs(self.gap(self.m.rigid_stops[i], 1) @ z) < 100.0 * MOMENT:
                     break
                 z = self.strike(i, z)
             before, states = states, self.settle(states, z)
-            soft = what == "change" and isinstance(self.m.elements[i - contacts], SoftStop)
+            soft = what == "change" and isinstance(self.m.switching[i - contacts], SoftStop)
             if soft and before[i] == OPEN and states[i] not in (OPEN, BEHIND_UPPER, BEHIND_LOWER):
                 what = "engage"
             out.append(Happening(t, what, i, z))

@@ -118,7 +118,7 @@ def follow(
 
 def struck(reference: Reference, number: int, z: list[mpf]) -> list[mpf]:
     """After an impact."""
-    c, n = reference.m.contacts[number], reference.n
+    c, n = reference.m.rigid_stops[number], reference.n
     rate = row_times(reference.gap(c, 1), z)
     r = mpf(c.restitutions[1 if rate > 0 else 0])
     lift = list(mp.lu_solve(mp.matrix(reference.m.mass), mp.matrix([mpf(x) for x in c.row])))

@@ -55,7 +55,7 @@ def swinging(k: float, A: float, phi: float) -> vi.Mechanism:
         damping=[[0.1 * np.sqrt(k), 0], [0, 0]],
         stiffness=[[k**1.5 / (1.0 + k), 0], [0, 0]],
         forces=(vi.Harmonic(np.log(1.0 + k), (A * np.sin(phi), 0), (A * np.cos(phi), 0)),),
-        contacts=(vi.Contact((-1, 1), -1, 1.0 - phi / 7, restitution=abs(0.8 * k / k)),),
+        elements=(vi.RigidStop((-1, 1), -1, 1.0 - phi / 7, restitution=abs(0.8 * k / k)),),
         constant_force=(0, A),
     )
 
@@ -70,7 +70,7 @@ def pair_of_masses(k: float, c: float, d: float, m: float) -> vi.Mechanism:
         damping=[[c, -c], [-c, c + d]],
         stiffness=[[1.0 + k, -k], [-k, 1.0 + k]],
         forces=(vi.Harmonic(0.61, (1.0, 0.0)),),
-        contacts=(vi.Contact((-1.0, 1.0), upper=0.5, restitution=0.8),),
+        elements=(vi.RigidStop((-1.0, 1.0), upper=0.5, restitution=0.8),),
     )
 
 
@@ -81,5 +81,5 @@ CHAIN = vi.Mechanism(
     damping=[[0.0] * 3] * 3,
     stiffness=[[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]],
     forces=(vi.Harmonic(1.8, (1.0, 0.0, 0.5)), vi.Harmonic(2.7, (0.2, 0.0, 0.0), (0.0, 0.3, 0.0))),
-    contacts=(vi.Contact((0.0, -1.0, 1.0), -0.3, 0.2, (0.5, 0.6)),),
+    elements=(vi.RigidStop((0.0, -1.0, 1.0), -0.3, 0.2, (0.5, 0.6)),),
 )  # fmt: skip

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.model.mechanism import kinds_of_states
 
 Element = vi.RigidStop | vi.SoftStop | vi.Friction
 
@@ -185,7 +184,7 @@ def events(case: Case, t_max: float, impacts: int) -> tuple[list[Event], str]:
     """Events, up to one for which the law does not decide between states, and how the run ends."""
     m = case.build()
     run = vi.simulate(m, case.start, t_max=t_max, impacts=impacts)
-    numbers, kinds = case.numbers(), kinds_of_states(m)
+    numbers, kinds = case.numbers(), [e.State for e in m.elements]
     out = []
     for k, status in enumerate(run.status):
         what, number = vi.Status(int(status)).name, int(run.contact[k])

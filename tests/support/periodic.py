@@ -39,14 +39,14 @@ def mechanism_of_entry(entry: dict[str, Any]) -> vi.Mechanism:
     """The mechanism of a reference."""
     line = vi.Harmonic(float(entry["omega"]), numbers(entry["sine"]), numbers(entry["cosine"]))
     contacts = tuple(
-        vi.Contact(
+        vi.RigidStop(
             tuple(numbers(c["row"])), float(c.get("lower", -math.inf)),
             float(c.get("upper", math.inf)), float(c["restitution"]),
         )
         for c in entry["contacts"]
     )  # fmt: skip
     matrices = {name: numbers(entry[name]) for name in ("mass", "damping", "stiffness")}
-    return vi.Mechanism(**matrices, forces=(line,), contacts=contacts)
+    return vi.Mechanism(**matrices, forces=(line,), elements=contacts)
 
 
 def impacts_of(signature: list[list[Any]]) -> list[Stop]:
@@ -70,7 +70,7 @@ def chain(n: int, seed: int) -> vi.Mechanism:
     stiffness -= np.diag(springs[1:-1], 1) + np.diag(springs[1:-1], -1)
     rows = np.eye(n)[::3]
     stops = tuple(
-        vi.Contact(tuple(row), upper=rng.uniform(0.1, 0.4), restitution=rng.uniform(0.4, 0.8))
+        vi.RigidStop(tuple(row), upper=rng.uniform(0.1, 0.4), restitution=rng.uniform(0.4, 0.8))
         for row in rows
     )
     return vi.Mechanism(
@@ -78,7 +78,7 @@ def chain(n: int, seed: int) -> vi.Mechanism:
         damping=0.1 * np.eye(n) + 0.2 * random_symmetric(rng, n, n),
         stiffness=stiffness,
         forces=(vi.Harmonic(rng.uniform(0.8, 1.6), tuple(rng.normal(size=n))),),
-        contacts=stops,
+        elements=stops,
     )
 
 

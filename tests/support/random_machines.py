@@ -26,10 +26,9 @@ FORCE, IMPULSE, RATE, PURE = (1, 1, -2), (1, 1, -1), (0, 0, -1), (0, 0, 0)
 DIMENSIONS: dict[str, dict[str, Exponents | None]] = {  # of a Harmonic: those of its amplitudes
     "Mechanism": {
         "mass": (1, 0, 0), "damping": DASH, "stiffness": STIFF, "forces": FORCE,
-        "constant_force": FORCE, "contacts": None, "elements": None, "contact_names": None,
-        "impact_law": None,
+        "constant_force": FORCE, "elements": None, "impact_law": None,
     },
-    "Contact": {
+    "RigidStop": {
         "row": PURE, "lower": LENGTH, "upper": LENGTH, "restitution": PURE, "motion": LENGTH,
         "active": None,
     },
@@ -46,7 +45,7 @@ DIMENSIONS: dict[str, dict[str, Exponents | None]] = {  # of a Harmonic: those o
 }  # fmt: skip
 ODD = {FORCE, LENGTH, SPEED, IMPULSE}  # what changes its sign where x does
 SIDES = {"lower": "upper", "upper": "lower"}
-PARTS = (vi.Contact, vi.SoftStop, vi.Friction, vi.NormalLoad, vi.PhaseSwitch)
+PARTS = (vi.RigidStop, vi.SoftStop, vi.Friction, vi.NormalLoad, vi.PhaseSwitch)
 Unit = tuple[float, float, float]  # of mass, length, time
 
 
@@ -115,7 +114,7 @@ def mirrored(thing: Any) -> Any:
             thing, position=_negative(thing.position), velocity=_negative(thing.velocity)
         )
     out: dict[str, Any] = {}
-    stop = isinstance(thing, vi.Contact | vi.SoftStop)
+    stop = isinstance(thing, vi.RigidStop | vi.SoftStop)
     for field in fields(thing):
         name, value = field.name, getattr(thing, field.name)
         dimension = _dimension(thing, name)
@@ -141,7 +140,7 @@ def renumbered(thing: Any, order: Sequence[int]) -> Any:
 
     if isinstance(thing, vi.State):
         return vi.State(turned(thing.position), turned(thing.velocity), thing.phase)
-    if isinstance(thing, vi.Contact | vi.SoftStop):
+    if isinstance(thing, vi.RigidStop | vi.SoftStop):
         return replace(thing, row=turned(thing.row))
     if isinstance(thing, vi.Friction):
         load = None if thing.load is None else renumbered(thing.load, order)
@@ -159,7 +158,7 @@ def renumbered(thing: Any, order: Sequence[int]) -> Any:
     }
     several = {
         name: tuple(renumbered(part, order) for part in getattr(thing, name))
-        for name in ("contacts", "elements", "forces")
+        for name in ("elements", "forces")
     }
     return replace(thing, constant_force=turned(thing.constant_force), **matrices, **several)
 
@@ -168,8 +167,7 @@ def reordered(m: vi.Mechanism, contacts: Sequence[int], elements: Sequence[int])
     """The machine with its contacts and elements in another order; forcing lines keep theirs."""
     return replace(
         m,
-        contacts=tuple(m.contacts[i] for i in contacts),
-        elements=tuple(m.elements[i] for i in elements),
+        elements=(*(m.rigid_stops[i] for i in contacts), *(m.switching[i] for i in elements)),
     )
 
 
@@ -186,7 +184,7 @@ def changed(m: vi.Mechanism, state: vi.State) -> tuple[vi.Mechanism, vi.State]:
         for f in m.forces
     )
     stiffness = [[x / more for x in row] for row in m.stiffness]
-    still = not any(contact.motion for contact in m.contacts)
+    still = not any(contact.motion for contact in m.rigid_stops)
     velocity = tuple(x * more for x in state.velocity) if still else state.velocity
     return replace(m, forces=forces, stiffness=stiffness), vi.State(
         state.position, velocity, state.phase
@@ -354,23 +352,23 @@ def random_start(rng: np.random.Generator, m: vi.Mechanism) -> vi.State:
             x[i] = 0.0
             x[i] = -(np.array(m.stiffness[i]) @ x) / m.stiffness[i][i]
         size *= 0.9
-        if all(gap > 1e-3 for contact in m.contacts for gap in gaps(m, contact, x, phase)):
+        if all(gap > 1e-3 for contact in m.rigid_stops for gap in gaps(m, contact, x, phase)):
             break
     else:
         raise RuntimeError("no start within the clearances was found")
-    if m.contacts and rng.random() < 0.2:
+    if m.rigid_stops and rng.random() < 0.2:
         x, v = _on_stop(rng, m, x, v, phase)
     return vi.State(tuple(map(float, x)), tuple(map(float, v)), phase)
 
 
 def _on_stop(rng: np.random.Generator, m: vi.Mechanism, x: Any, v: Any, phase: float) -> Any:
     """The state put onto a stop along its row, departing or at rest relative to it, if others allow."""
-    c = m.contacts[int(rng.integers(len(m.contacts)))]
+    c = m.rigid_stops[int(rng.integers(len(m.rigid_stops)))]
     row = np.array(c.row)
     upper, lower = gaps(m, c, x, phase)
     side, gap = (1.0, upper) if upper < lower else (-1.0, lower)
     there = x + side * gap * row / (row @ row)
-    others = [g for other in m.contacts if other is not c for g in gaps(m, other, there, phase)]
+    others = [g for other in m.rigid_stops if other is not c for g in gaps(m, other, there, phase)]
     if others and min(others) < 1e-3:
         return x, v
     rate = row @ v - moved(m, c.motion, phase)[1]
@@ -389,7 +387,7 @@ def moved(m: vi.Mechanism, motion: Sequence[vi.Harmonic], phase: float) -> tuple
     return place, speed
 
 
-def gaps(m: vi.Mechanism, contact: vi.Contact, x: Any, phase: float) -> tuple[float, float]:
+def gaps(m: vi.Mechanism, contact: vi.RigidStop, x: Any, phase: float) -> tuple[float, float]:
     """Gaps at the upper and at the lower stop of a contact."""
     u = float(np.dot(contact.row, x)) - moved(m, contact.motion, phase)[0]
     return contact.upper - u, u - contact.lower

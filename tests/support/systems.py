@@ -58,7 +58,7 @@ def oscillator(
         stiffness=[[stiffness]],
         forces=forces,
         constant_force=(constant_force,),
-        contacts=(vi.Contact((1.0,), lower, upper, restitution),),
+        elements=(vi.RigidStop((1.0,), lower, upper, restitution),),
     )
 
 
@@ -86,7 +86,7 @@ def random_mechanism(
         for _ in range(lines)
     )
     stops = tuple(
-        vi.Contact(tuple(rng.normal(size=n)), -rng.uniform(0.2, 1.0), rng.uniform(0.2, 1.0),
+        vi.RigidStop(tuple(rng.normal(size=n)), -rng.uniform(0.2, 1.0), rng.uniform(0.2, 1.0),
                    rng.uniform(0.3, 1.0))
         for _ in range(contacts)
     )  # fmt: skip
@@ -95,7 +95,7 @@ def random_mechanism(
         damping=0.1 * random_symmetric(rng, n, n),
         stiffness=random_symmetric(rng, n, rank),
         forces=forces,
-        contacts=stops,
+        elements=stops,
     )
 
 
@@ -117,8 +117,8 @@ def heavy(seed: int, damping: str = "Rayleigh") -> tuple[vi.Mechanism, vi.State]
         stiffness=stiffness.tolist(),
         forces=(vi.Harmonic(rng.uniform(0.5, 2.0), tuple(rng.normal(size=n) * 1.5)),),
         constant_force=tuple(-rng.uniform(1.0, 4.0, n)),
-        contacts=tuple(
-            vi.Contact(tuple(row), 0.0, np.inf, rng.uniform(0.2, 0.8))
+        elements=tuple(
+            vi.RigidStop(tuple(row), 0.0, np.inf, rng.uniform(0.2, 0.8))
             for row in np.eye(n)[: rng.integers(2, n + 1)]
         ),
     )

@@ -46,7 +46,7 @@ def double_well(damping: float) -> vi.Mechanism:
     """A mass that is pushed to the stops of its slot and comes to rest on one of them."""
     return vi.Mechanism(
         mass=[[1.0]], damping=[[damping]], stiffness=[[-1.0]],
-        contacts=(vi.Contact((1.0,), -0.5, 0.5, 0.9),),
+        elements=(vi.RigidStop((1.0,), -0.5, 0.5, 0.9),),
     )  # fmt: skip
 
 
@@ -64,7 +64,7 @@ def test_members_that_come_to_rest_later_rest_on_their_stop(stop: str) -> None:
 def test_a_motion_that_dies_away_is_without_impacts_at_once() -> None:
     dying = vi.Mechanism(
         mass=[[1.0]], damping=[[0.01]], stiffness=[[1.0]],
-        contacts=(vi.Contact((1.0,), -0.5, 0.5, 0.9),),
+        elements=(vi.RigidStop((1.0,), -0.5, 0.5, 0.9),),
     )  # fmt: skip
     over = {"x1": np.linspace(-0.45, 0.45, 6), "v1": np.linspace(-3.0, 3.0, 6)}
     assert set(named(basins(dying, over, REST, settle_periods=0))) == {"without impacts"}
@@ -73,7 +73,7 @@ def test_a_motion_that_dies_away_is_without_impacts_at_once() -> None:
 def test_members_that_never_meet_the_section_settle_all_the_same() -> None:
     light = vi.Mechanism(
         mass=[[1.0]], damping=[[0.002]], stiffness=[[1.0]], forces=(vi.Harmonic(2.2, (1.0,)),),
-        contacts=(vi.Contact((1.0,), -50.0, 0.05, 0.99),),
+        elements=(vi.RigidStop((1.0,), -50.0, 0.05, 0.99),),
     )  # fmt: skip
     over = {"x1": np.linspace(-1.0, 0.04, 4), "v1": np.linspace(-1.0, 1.0, 4)}
     for stop in ("A", "B"):
@@ -86,7 +86,7 @@ def test_members_go_on_at_the_phase_of_every_forcing_line(settle: float) -> None
     lines = vi.Harmonic(3.2, (1.0,)), vi.Harmonic(4.8, (0.05,))
     two = vi.Mechanism(
         mass=[[1.0]], damping=[[0.05]], stiffness=[[1.0]], forces=lines,
-        contacts=(vi.Contact((1.0,), upper=0.2, restitution=0.8),),
+        elements=(vi.RigidStop((1.0,), upper=0.2, restitution=0.8),),
     )  # fmt: skip
     over = {"x1": np.linspace(-2.0, 0.15, 5), "v1": np.linspace(-2.0, 2.0, 5)}
     found = basins(two, over, REST, settle_periods=settle)
@@ -103,8 +103,8 @@ def test_a_section_of_the_transient_alone_takes_seconds_not_minutes() -> None:
     weak = vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.05, 0.0], [0.0, 0.02]],
         stiffness=[[1.0, -0.02], [-0.02, 1.5]], forces=(vi.Harmonic(0.8, (1.0, 0.0)),),
-        contacts=(vi.Contact((1.0, 0.0), upper=0.5, restitution=0.7),
-                  vi.Contact((0.0, 1.0), upper=0.4, restitution=0.8)),
+        elements=(vi.RigidStop((1.0, 0.0), upper=0.5, restitution=0.7),
+                  vi.RigidStop((0.0, 1.0), upper=0.4, restitution=0.8)),
     )  # fmt: skip
     start = vi.State((0.0, 0.0), (0.0, 0.0))
     found = basins(

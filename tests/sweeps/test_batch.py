@@ -111,8 +111,8 @@ def check_equal_bits(system: System, values: Values, codes: tuple[int, ...] = ()
     assert sorted(seen) == list(range(len(next(iter(values.values())))))
 
 
-TWO = replace(CHAIN, contacts=(vi.Contact((1.0, 0.0, 0.0), upper=0.4, restitution=0.7),
-                               vi.Contact((0.0, -1.0, 1.0), -0.3, 0.2)))  # fmt: skip
+TWO = replace(CHAIN, elements=(vi.RigidStop((1.0, 0.0, 0.0), upper=0.4, restitution=0.7),
+                               vi.RigidStop((0.0, -1.0, 1.0), -0.3, 0.2)))  # fmt: skip
 
 
 def coupled(k: float) -> vi.Mechanism:
@@ -120,7 +120,7 @@ def coupled(k: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.0] * 2] * 2,
         stiffness=[[1.0 + k, -k], [-k, 1.0 + k]],
-        contacts=(vi.Contact((-1.0, 1.0), upper=0.5, restitution=0.8),),
+        elements=(vi.RigidStop((-1.0, 1.0), upper=0.5, restitution=0.8),),
     )  # fmt: skip
 
 
@@ -158,7 +158,7 @@ CASES: dict[str, tuple[System, Values]] = {
     "damper": (DAMPER, {"mass_ratio": U(0.01, 1.0, 12), "omega_n": U(0.1, 2.0, 12),
                         "zeta": U(0.0, 1.5, 12)}),
     "modes of three masses": (CHAIN, {"stiffness[0][0]": U(1.5, 3.0, 12)}),
-    "two contacts": (TWO, {"stiffness[1][1]": U(2.0, 3.0, 8), "contacts[0].upper": U(0.1, 1.0, 8)}),
+    "two contacts": (TWO, {"stiffness[1][1]": U(2.0, 3.0, 8), "elements[0].upper": U(0.1, 1.0, 8)}),
     "coupled": (FULL, {"stiffness[0][0]": FULL.stiffness[0][0] + U(0.0, 1.0, 12)}),
     "coupled grid": (PUSHED, grid(**{"stiffness[1][1]": PUSHED.stiffness[1][1] + U(0.0, 1.0, 3),
                                      "damping[0][0]": U(0.5, 9.0, 4), "omega": [0.7, 1.1]})),
@@ -230,7 +230,7 @@ def test_systems_without_forcing_are_as_alone() -> None:
     def ball(g: float, gap: float) -> vi.Mechanism:
         return vi.Mechanism(
             mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-g,),
-            contacts=(vi.Contact((1.0,), 0.0, gap, 0.8),),
+            elements=(vi.RigidStop((1.0,), 0.0, gap, 0.8),),
         )  # fmt: skip
 
     values = {"g": np.array([9.8, 0.0, 1.0, 2.0]), "gap": np.array([1.0, 2.0, 0.5, 1e-3])}
@@ -271,7 +271,7 @@ def test_a_stop_beyond_reach_for_some_systems_is_another_structure() -> None:
     def wall(gap: float) -> vi.Mechanism:
         return vi.Mechanism(
             mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]],
-            contacts=(vi.Contact((1.0,), -1.0, 1.0 / gap if gap > 0.0 else math.inf, 0.8),),
+            elements=(vi.RigidStop((1.0,), -1.0, 1.0 / gap if gap > 0.0 else math.inf, 0.8),),
         )  # fmt: skip
 
     system, values = vi.Family(wall, gap=1.0), {"gap": np.array([1.0, 0.0, 2.0])}

@@ -64,7 +64,7 @@ def whirling(g: float, r: float, omega: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.1, g], [-g, 0.1]],
         stiffness=[[1.0, 0.0], [0.0, 1.2]], forces=(vi.Harmonic(omega, (0.5, 0.0), (0.0, 0.5)),),
-        contacts=(vi.Contact((1.0, 0.0), -0.6, 0.4, restitution=r),),
+        elements=(vi.RigidStop((1.0, 0.0), -0.6, 0.4, restitution=r),),
     )  # fmt: skip
 
 

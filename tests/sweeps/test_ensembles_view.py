@@ -78,13 +78,13 @@ def bouncing() -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.0, 0.0], [0.0, 0.0]],
         stiffness=[[2.0, -1.0], [-1.0, 2.5]],
-        contacts=(vi.Contact((1.0, -1.0), -0.3, 0.3, 1.0),),
+        elements=(vi.RigidStop((1.0, -1.0), -0.3, 0.3, 1.0),),
     )  # fmt: skip
 
 
 def test_what_impacts_without_forcing_is_not_without_impacts() -> None:
     start, options = vi.State((0.0, 0.1), (1.0, 0.3)), {"settle_periods": 100, "periods": 300}
-    over = {"stiffness[0][0]": [2.0, 3.0], "contacts[0].upper": [0.3, 0.35]}
+    over = {"stiffness[0][0]": [2.0, 3.0], "elements[0].upper": [0.3, 0.35]}
     plane = vi.plane(bouncing(), over=over, start=start, progress=False, **options)
     assert "no_impacts" not in plane.motion.attrs["flag_meanings"]
     record = vi.simulate(bouncing(), start, impacts=10_000, t_max=400.0)
@@ -301,7 +301,7 @@ def test_motions_that_come_to_rest_are_named_by_their_stop() -> None:
     free = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=[-1.0],
         forces=(vi.Harmonic(1.0, (0.01,)),),
-        contacts=(vi.Contact((1.0,), lower=0.0, upper=3.0, restitution=0.5),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, upper=3.0, restitution=0.5),),
     )  # fmt: skip
     found = vi.basins(
         free,
@@ -393,7 +393,7 @@ def one_sided(omega: float) -> vi.Mechanism:
     """An oscillator that strikes its stop A; B is far away."""
     return vi.Mechanism(
         mass=[[1.0]], damping=[[0.2]], stiffness=[[1.0]], forces=(vi.Harmonic(omega, (1.0,)),),
-        contacts=(vi.Contact((1.0,), lower=-50.0, upper=0.5, restitution=0.7),),
+        elements=(vi.RigidStop((1.0,), lower=-50.0, upper=0.5, restitution=0.7),),
     )  # fmt: skip
 
 

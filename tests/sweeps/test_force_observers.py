@@ -67,7 +67,7 @@ def test_friction_that_sticks_has_the_force_that_holds_it() -> None:
 def test_a_ball_that_comes_to_rest_gets_the_impulse_of_its_weight(restitution: float) -> None:
     """Impacts, infinitely many of them, and then the force at rest: together what gravity gives."""
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
-                     contacts=(vi.Contact((1.0,), lower=0.0, restitution=restitution),))  # fmt: skip
+                     elements=(vi.RigidStop((1.0,), lower=0.0, restitution=restitution),))  # fmt: skip
     start = vi.State((0.7,), (0.2,))
     found = observed(m, start, 20.0, ["forces", "impulse", "final", "shares"])
     assert (found.chatters.values > 0) == (restitution > 0.0)
@@ -84,7 +84,7 @@ def test_impulses_of_all_forces_are_the_change_of_momentum() -> None:
     assert found.share_at_rest > 0.1
     assert found.chatters > 0
     assert np.count_nonzero(found.share_in_state.values) >= 8
-    rows = np.array([part.row for part in m.numbered if not isinstance(part, vi.PhaseSwitch)])
+    rows = np.array([part.row for part in m.elements if not isinstance(part, vi.PhaseSwitch)])
     gained = np.array(m.mass) @ (found.final_velocity.values - start.velocity)
     length = periods * 2.0 * math.pi / w  # whole periods: forcing gives nothing
     switched = periods * (np.array([0.2, 0.0]) * 1.5 / w + [0.3, 0.1])
@@ -162,7 +162,7 @@ def test_progress_is_the_drift_per_period() -> None:
     np.testing.assert_allclose(found.x_progress, drift, rtol=1e2 * ULPS)
     np.testing.assert_allclose(found.sum_progress, drift.sum(), rtol=1e2 * ULPS)
     free = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]],
-                        contacts=(vi.Contact((1.0,), upper=1e6),))  # fmt: skip
+                        elements=(vi.RigidStop((1.0,), upper=1e6),))  # fmt: skip
     found = observed(free, vi.State((0.4,), (0.7,)), 5.0, "progress", settle=2.0)
     np.testing.assert_allclose(found.x_progress, [0.7], rtol=1e2 * ULPS)  # per unit of time
 
@@ -174,14 +174,18 @@ def test_a_sweep_of_kicks_has_the_bits_of_single_runs() -> None:
         elements=(kicks, vi.RigidStop((1.0,), upper=0.6, restitution=0.6), vi.Friction((1.0,), 0.05)),
     )  # fmt: skip
     start = vi.State((0.0,), (0.5,))
-    over = {"elements[0].impulses[0][0]": [0.5, 0.8, 1.1], "mass[0][0]": [1.0, 1.3]}
+    over = {"elements[1].impulses[0][0]": [0.5, 0.8, 1.1], "mass[0][0]": [1.0, 1.3]}
     found = vi.sweep(m, over=over, start=start, settle_periods=0.0, periods=20, observe="final",
                      progress=False)  # fmt: skip
     assert vi.rerun_sweep(found, progress=False).identical(found)
     for (i, p), (j, mass) in itertools.product(*(enumerate(x) for x in over.values())):
         one = vi.Mechanism(
-            mass=[[mass]], damping=m.damping, stiffness=m.stiffness, contacts=m.contacts,
-            elements=(vi.PhaseSwitch(2.0, (0.3, 2.0), ((1.0,), (-1.0,)), ((p,), (-0.2,))), m.elements[1]),
+            mass=[[mass]], damping=m.damping, stiffness=m.stiffness,
+            elements=(
+                *m.rigid_stops,
+                vi.PhaseSwitch(2.0, (0.3, 2.0), ((1.0,), (-1.0,)), ((p,), (-0.2,))),
+                m.switching[1],
+            ),
         )  # fmt: skip
         run = vi.simulate(one, start, t_max=20 * math.pi, impacts=100_000)
         assert run.last.position == tuple(found.final_position.values[i, j])

@@ -76,7 +76,7 @@ def held(k: float, c: float, pull: float) -> vi.Mechanism:
         stiffness=[[1.0, 0.0], [0.0, k]],
         forces=(vi.Harmonic(0.9, (1.0, 0.0)),),
         constant_force=(0.0, pull),
-        contacts=(vi.Contact((1.0, -1.0), lower=-2.0, upper=2.0, restitution=0.7),),
+        elements=(vi.RigidStop((1.0, -1.0), lower=-2.0, upper=2.0, restitution=0.7),),
     )
 
 
@@ -152,8 +152,9 @@ def falling(g: float, r: float) -> vi.Mechanism:
         stiffness=[[0.1, -0.1, 0.0], [-0.1, 0.2, -0.1], [0.0, -0.1, 0.1]],
         forces=(vi.Harmonic(1.0, (0.2 * g, 0.0, 0.0)),),
         constant_force=(-g, -2.0 * g, -3.0 * g),
-        contacts=tuple(
-            vi.Contact(tuple(float(i == j) for j in range(3)), 0.0, restitution=r) for i in range(3)
+        elements=tuple(
+            vi.RigidStop(tuple(float(i == j) for j in range(3)), 0.0, restitution=r)
+            for i in range(3)
         ),
     )
 
@@ -176,8 +177,8 @@ def test_a_mode_that_one_system_lacks_is_no_matter_for_the_others() -> None:
         return vi.Mechanism(
             mass=[[1.0, 0.0], [0.0, 1.0]], damping=[[0.0] * 2] * 2, stiffness=[[0.0] * 2] * 2,
             constant_force=(-1.0, -0.5),
-            contacts=tuple(
-                vi.Contact(row, stop, restitution=0.0)
+            elements=tuple(
+                vi.RigidStop(row, stop, restitution=0.0)
                 for row, stop in zip(rows, stops, strict=True)
             ),
         )  # fmt: skip

@@ -76,7 +76,7 @@ def test_a_motion_without_impacts_has_states_at_a_phase() -> None:
     def system(omega: float) -> vi.Mechanism:
         return vi.Mechanism(
             mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(omega, (0.5,)),),
-            contacts=(vi.Contact((1.0,), upper=50.0, restitution=0.8),),
+            elements=(vi.RigidStop((1.0,), upper=50.0, restitution=0.8),),
         )  # fmt: skip
 
     omegas = np.array([0.3, 1.7, 2.6])
@@ -167,10 +167,10 @@ def two_on_the_floor() -> Case:
         damping=np.zeros((3, 3)),
         stiffness=np.zeros((3, 3)),
         constant_force=(-9.8, -9.8, -9.8),
-        contacts=(
-            vi.Contact(tuple(unit[0]), lower=0.0, restitution=0.5),
-            vi.Contact(tuple(unit[1]), lower=0.0, restitution=0.5),
-            vi.Contact(tuple(unit[2] - unit[1]), upper=1.0, restitution=0.5),
+        elements=(
+            vi.RigidStop(tuple(unit[0]), lower=0.0, restitution=0.5),
+            vi.RigidStop(tuple(unit[1]), lower=0.0, restitution=0.5),
+            vi.RigidStop(tuple(unit[2] - unit[1]), upper=1.0, restitution=0.5),
         ),
     )
     return Case(system, vi.State((0.0, 0.0, 0.5), (0.0, 0.0, 4.0)), 0.0, 0.4)
@@ -229,9 +229,9 @@ def three_balls(middle: float) -> tuple[vi.Mechanism, vi.State]:
         mass=np.diag([1.0, middle, 1.0]),
         damping=np.zeros((3, 3)),
         stiffness=np.zeros((3, 3)),
-        contacts=(
-            vi.Contact((-1.0, 1.0, 0.0), lower=0.0, restitution=0.5),
-            vi.Contact((0.0, -1.0, 1.0), lower=0.0, restitution=0.5),
+        elements=(
+            vi.RigidStop((-1.0, 1.0, 0.0), lower=0.0, restitution=0.5),
+            vi.RigidStop((0.0, -1.0, 1.0), lower=0.0, restitution=0.5),
         ),
     )
     return m, vi.State((-1.0, 0.0, 1.0), (1.0, 0.0, -1.0))

@@ -159,8 +159,8 @@ def test_tangents_change_no_bit_of_the_motion() -> None:
         assert both["lyapunov"] == both["spectrum"][0] == case.member("lyapunov")["lyapunov"]
 
 
-TWO_STOPS = replace(CHAIN, contacts=(vi.Contact((1.0, 0.0, 0.0), upper=0.4, restitution=0.3),
-                                     vi.Contact((0.0, -1.0, 1.0), -0.3, 0.2)))  # fmt: skip
+TWO_STOPS = replace(CHAIN, elements=(vi.RigidStop((1.0, 0.0, 0.0), upper=0.4, restitution=0.3),
+                                     vi.RigidStop((0.0, -1.0, 1.0), -0.3, 0.2)))  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ TWO_STOPS = replace(CHAIN, contacts=(vi.Contact((1.0, 0.0, 0.0), upper=0.4, rest
     [
         (paper_damper("A", 1.0), {"omega": (0.9, 1.1), "half_clearance": (1.0, 10.0)}),
         (paper_damper("C", 0.4), {"omega": (0.3, 0.9), "restitution": (0.0, 1.0)}),
-        (TWO_STOPS, {"stiffness[1][1]": (2.0, 3.0), "contacts[0].upper": (0.1, 1.0)}),
+        (TWO_STOPS, {"stiffness[1][1]": (2.0, 3.0), "elements[0].upper": (0.1, 1.0)}),
     ],
 )
 def test_tangents_in_lanes_have_the_bits_of_tangents_alone(

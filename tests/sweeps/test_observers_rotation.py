@@ -46,7 +46,7 @@ def test_a_second_line_of_forcing_turns_the_section_by_the_ratio_of_frequencies(
     system = vi.Mechanism(
         mass=[[1.0]], damping=[[0.2]], stiffness=[[1.0]],
         forces=(vi.Harmonic(omega, (1.0,)), vi.Harmonic(ratio * omega, (0.02,))),
-        contacts=(vi.Contact((1.0,), upper=0.2, restitution=0.7),),
+        elements=(vi.RigidStop((1.0,), upper=0.2, restitution=0.7),),
     )  # fmt: skip
     period = 2.0 * math.pi / omega
     case = Case(system, vi.State((0.0,), (0.0,)), 200.5 * period, 2000.0 * period)

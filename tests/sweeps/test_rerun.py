@@ -29,9 +29,8 @@ def chain(wall: float) -> vi.Mechanism:
     return vi.Mechanism(
         mass=[[1.0, 0.0], [0.0, 2.0]], damping=[[0.2, -0.1], [-0.1, 0.1]],
         stiffness=[[2.0, -1.0], [-1.0, 1.0]], forces=(vi.Harmonic(0.8, (1.0, 0.0)),),
-        contacts=(vi.Contact((1.0, 0.0), upper=wall, restitution=(0.7, 0.8)),
-                  vi.Contact((-1.0, 1.0), lower=-1.0, restitution=0.6)),
-        contact_names=("wall", "gap"),
+        elements=(vi.RigidStop((1.0, 0.0), upper=wall, restitution=(0.7, 0.8)),
+                  vi.RigidStop((-1.0, 1.0), lower=-1.0, restitution=0.6)),
     )  # fmt: skip
 
 
@@ -41,7 +40,7 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
     "random starts": lambda: vi.sweep(DAMPER, over=GRID, start=RANDOM, **SHORT),
     "listed starts": lambda: vi.sweep(DAMPER, over={}, start=LISTED, observe="final", **SHORT),
     "a mechanism": lambda: vi.sweep(
-        chain(0.3), over={"contacts[0].upper": [0.2, 0.3]}, start=LISTED, **SHORT
+        chain(0.3), over={"elements[0].upper": [0.2, 0.3]}, start=LISTED, **SHORT
     ),
     "a plane": lambda: vi.plane(
         DAMPER, over=GRID, start=START, observe=["lyapunov", vi.observe.Symbol(tolerance=1e-4)],

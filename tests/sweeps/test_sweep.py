@@ -76,10 +76,10 @@ def test_the_order_of_the_values_changes_no_bit():
 
 def test_any_number_of_a_mechanism_is_swept():
     system = DAMPER.mechanism
-    over = {"contacts[0].upper": [4.0, 5.0], "mass[1][1]": [0.1, 0.2, 0.3]}
+    over = {"elements[0].upper": [4.0, 5.0], "mass[1][1]": [0.1, 0.2, 0.3]}
     found = vi.sweep(system, over=over, start=PLAIN, observe="final", **SHORT)
-    assert dict(found.end.sizes) == {"contacts[0].upper": 2, "mass[1][1]": 3}
-    same = found.isel({"contacts[0].upper": 1, "mass[1][1]": 0})
+    assert dict(found.end.sizes) == {"elements[0].upper": 2, "mass[1][1]": 3}
+    same = found.isel({"elements[0].upper": 1, "mass[1][1]": 0})
     alone = vi.sweep(DAMPER, over={"omega": [1.2]}, start=PLAIN, observe="final", **SHORT)
     for name in FINAL:
         np.testing.assert_array_equal(same[name], alone[name][0])
@@ -88,7 +88,7 @@ def test_any_number_of_a_mechanism_is_swept():
 def test_without_forcing_lengths_are_times():
     ball = vi.Mechanism(
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
-        contacts=(vi.Contact((1.0,), lower=0.0, restitution=1.0),),
+        elements=(vi.RigidStop((1.0,), lower=0.0, restitution=1.0),),
     )  # fmt: skip
     start = vi.GridStarts({"x1": [0.5, 2.0]}, vi.State((1.0,), (0.0,)))
     found = vi.sweep(ball, over={}, start=start, observe="final", settle_periods=0, periods=7.0,
@@ -120,7 +120,7 @@ def test_ordinary_chatter_never_meets_the_default_cap(seed):
         return vi.Mechanism(
             mass=[[1.0]], damping=[[damping]], stiffness=[[stiffness]],
             forces=(vi.Harmonic(omega, (2.0,)),),
-            contacts=(vi.Contact((1.0,), -0.2, 0.5, restitution),),
+            elements=(vi.RigidStop((1.0,), -0.2, 0.5, restitution),),
         )  # fmt: skip
 
     start = vi.GridStarts({"v1": np.linspace(-1.0, 1.0, 4)}, vi.State((0.0,), (0.0,)))
@@ -233,7 +233,7 @@ def test_following_with_incommensurate_lines_goes_on_at_the_same_instant():
         return vi.Mechanism(
             mass=[[1.0]], damping=[[damping]], stiffness=[[1.0]],
             forces=(vi.Harmonic(1.3, (1.0,)), vi.Harmonic(0.5**0.5, (0.7,))),
-            contacts=(vi.Contact((1.0,), upper=1.0, restitution=0.8),),
+            elements=(vi.RigidStop((1.0,), upper=1.0, restitution=0.8),),
         )  # fmt: skip
 
     start = vi.State((0.0,), (0.3,), 0.4)

@@ -263,7 +263,7 @@ ENDLESS = f"""{BEGUN}
 stiff = vi.Mechanism(
     mass=[[1, 0], [0, 1]], damping=[[5e3, 1], [1, 0.1]], stiffness=[[1e8, 1], [1, 1]],
     forces=[vi.Harmonic(1.2, (0, 1))],
-    contacts=[vi.Contact((0, 1), lower=-5e-6 * k) for k in range(1, 6)],
+    elements=[vi.RigidStop((0, 1), lower=-5e-6 * k) for k in range(1, 6)],
 )
 
 def interrupt():
@@ -422,7 +422,7 @@ def test_a_family_whose_code_changed_is_another_system(tmp_path: Path):
     asked = ASKED | {"over": {"gap": [4.0, 5.0]}, "store": tmp_path / "sweep.zarr"}
     vi.sweep(family(1.0), **asked)
     vi.sweep(family(1.0), **asked)
-    with pytest.raises(vi.InvalidParameterError, match=r"mechanism.first.contacts"):
+    with pytest.raises(vi.InvalidParameterError, match=r"mechanism.first.elements"):
         vi.sweep(family(1.1), **asked)
 
 

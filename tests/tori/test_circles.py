@@ -479,8 +479,8 @@ def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> 
 def limited(upper: float) -> vi.Mechanism:
     """The damper of set A with a further stop above the primary mass."""
     m = paper_damper("A", 1.00314).mechanism
-    stop = vi.Contact(row=(1.0, 0.0), upper=upper, restitution=0.8)
-    return replace(m, contacts=(*m.contacts, stop))
+    stop = vi.RigidStop(row=(1.0, 0.0), upper=upper, restitution=0.8)
+    return replace(m, elements=(*m.elements, stop))
 
 
 def highest(circle: vi.Circle) -> float:
@@ -514,7 +514,7 @@ def test_the_clearance_does_not_depend_on_where_the_nodes_are() -> None:
 def test_grazing_along_a_family_is_located_where_the_stop_meets_the_circle() -> None:
     free = vi.find_circle(limited(6.0), REST, symmetric=False)
     top = 6.0 - free.clearance_to_grazing
-    family = vi.continue_circle(free, "contacts[1].upper", (top - 0.3, 6.5), largest=0.5)
+    family = vi.continue_circle(free, "elements[1].upper", (top - 0.3, 6.5), largest=0.5)
     assert [point.label for point in family.special_points] == ["GR1"], family
     assert family["GR1"].parameter == pytest.approx(top, abs=1e-8)
     assert family.stable[-1]

@@ -13,7 +13,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 
 import vibroimpact as vi
-from vibroimpact.simulation.pieces import Lines, simulate_pieces
+from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.transients.driven import driven
 
 DAMPER = vi.ImpactDamper(
@@ -26,7 +26,7 @@ FRAME = vi.ImpactDamper.from_physical(
 
 LARGEST = vi.Mechanism(
     mass=np.eye(20), damping=np.eye(20), stiffness=np.eye(20),
-    contacts=(vi.Contact((1.0,) * 20, upper=1.0),),
+    elements=(vi.RigidStop((1.0,) * 20, upper=1.0),),
 )  # fmt: skip
 
 
@@ -148,7 +148,7 @@ def test_more_corners_on_a_straight_record_change_nothing(part: str) -> None:
         begin, factor * (0.1 + 0.03 * begin), np.full(300, 0.03 * factor), np.full(300, 0.1)
     )
     start = vi.State((0.0, 0.0), (0.4, 0.0))
-    one, handed = (simulate_pieces(m, start, given) for given in (lines, many))
+    one, handed = (simulate_driven(m, start, given) for given in (lines, many))
     t = np.linspace(0.0, 30.0, 500)
     # 300 hand-overs of some units in the last place each
     assert handed.at(t)[0] == pytest.approx(one.at(t)[0], abs=1e-12)
@@ -177,7 +177,7 @@ def test_records_drive_a_machine_in_si_units_as_the_mechanism() -> None:
     m1, m2, k, c = 120.0, 6.0, 303e3, 242.0
     plain = vi.Mechanism(
         mass=[[m1, 0.0], [0.0, m2]], damping=[[c, 0.0], [0.0, 0.0]], stiffness=[[k, 0.0], [0.0, 0.0]],
-        contacts=(vi.Contact((-1.0, 1.0), -0.003, 0.003, 0.5),),
+        elements=(vi.RigidStop((-1.0, 1.0), -0.003, 0.003, 0.5),),
     )  # fmt: skip
     frame, other = (vi.simulate_record(one, record, after=0.5) for one in (FRAME, plain))
     assert frame.impact_times == pytest.approx(other.impact_times, abs=1e-9)
@@ -421,7 +421,7 @@ def test_decays_that_end_in_other_ways_are_results(machine: Any, start: dict[str
         assert decay.impacts == 0
         assert decay.time == decay.time_without or decay.time == pytest.approx(decay.time_without)
         assert math.isinf(decay.time) == (machine.zeta == 0.0)
-    elif machine.contacts:
+    elif machine.rigid_stops:
         assert decay.resting == (0,)  # chatter, then rest
         assert decay.energies.end == pytest.approx(0.0, abs=1e-12)
     else:  # each half cycle takes 2 kinetic from the amplitude, which is below 10 % at last

@@ -89,14 +89,14 @@ class Mode:
 
 
 def kind_of(part: Any) -> str:
-    return {"Contact": "rigid", "SoftStop": "soft", "Friction": "friction"}.get(
+    return {"RigidStop": "rigid", "SoftStop": "soft", "Friction": "friction"}.get(
         type(part).__name__, "switch"
     )
 
 
 class Machine:
     def __init__(self, m: Any, position: Any, velocity: Any, phase: float) -> None:
-        self.parts = [*m.contacts, *m.elements]
+        self.parts = m.elements
         self.kinds = [kind_of(part) for part in self.parts]
         self.n = n = len(m.mass)
         self.M, self.C, self.K = (np.array(a, float) for a in (m.mass, m.damping, m.stiffness))

@@ -370,7 +370,7 @@ def rest_on_stops(system: System, position: Floats) -> list[str]:
 
 def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.bool_]]]:
     """Name of every stop, and the mask of the positions (k, n) that lie on it."""
-    contacts = mechanism_of(system).contacts
+    contacts = mechanism_of(system).rigid_stops
     for number, law in enumerate(contacts):
         row = np.array(law.row)
         u, size = position @ row, np.abs(position) @ np.abs(row)

@@ -38,7 +38,6 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.attractors.point_sets import NEARLY
-from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation import sections
 
@@ -81,8 +80,8 @@ def scale_of(members: xr.Dataset, system: System) -> sections.Scale:
     position, velocity, time = (
         members[f"{section}_{kind}"].values for kind in ("position", "velocity", "time")
     )
-    parts = [one for one in mechanism_of(system).numbered if not isinstance(one, PhaseSwitch)]
-    rows = max((sum(map(abs, one.row)) for one in parts), default=1.0)
+    elements = mechanism_of(system).elements
+    rows = max((sum(map(abs, e.row)) for e in elements if e.row), default=1.0)
     return sections.scale_of(
         position, velocity, members["speed_largest"].values / rows, time, system
     )

@@ -18,7 +18,6 @@ import numpy as np
 from vibroimpact._core.types import Complexes
 from vibroimpact.attractors.point_sets import InvariantSet, Kind
 from vibroimpact.attractors.windows import Window
-from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.places import AtStop
 from vibroimpact.simulation.sections import Scale
@@ -93,7 +92,7 @@ def orbit_symbol(kind: OrbitType | None, shape: InvariantSet, window: Window) ->
     if kind is None:
         return ""
     first, last = loop_of(shape, window)
-    contacts = range(len(mechanism_of(window.section.system).numbered))
+    contacts = range(len(mechanism_of(window.section.system).elements))
     return symbol_word(kind.n_periods, [_counts(window.part, first, last, c) for c in contacts])
 
 
@@ -126,8 +125,7 @@ def _of_impacts(
     first, last = loop_of(shape, window)
     if not np.all(np.isin(part.status[first : last + 1], (Status.IMPACT, Status.ENGAGE))):
         return None
-    stop = mechanism.numbered[at.contact]
-    assert not isinstance(stop, PhaseSwitch)  # a section is at a stop
+    stop = mechanism.elements[at.contact]
     row = np.array(stop.row)[None, :]
     n, lines = len(row[0]), len(mechanism.forces)
     basis = np.zeros((2 * n + lines, 2 * n + lines - 1))

@@ -428,10 +428,10 @@ def free_gap_rate(plane: OrbitPlane, z: Floats, a: Pair, across: int) -> float:
     in_time[0, -1] = 1.0
     rate_by = compiled.second(states, durations, impacts, in_time)[1][0]
     m, stop = compiled.mechanism, impacts[0]
-    row = np.array(m.contacts[stop.contact].row)
+    row = np.array(m.rigid_stops[stop.contact].row)
     lift = accelerations(m, row)
     flight = parts.after_by[0, : 2 * n].copy()
-    kick = (1.0 + stop.restitution(m.contacts)) * lift / (row @ lift)
+    kick = (1.0 + stop.restitution(m.rigid_stops)) * lift / (row @ lift)
     flight[n:] += np.outer(kick, rate_by)
     later = -durations[0] * float(compiled.omega_orders[1]) / compiled.omega  # dT / da
     forced = flight[:, -1] + flight[:, -2] * later

@@ -35,7 +35,6 @@ from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import Linearised, compile_prescribed
 from vibroimpact.continuation.problem import Image
-from vibroimpact.model.elements import Friction, FrictionState, SoftStop
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System
@@ -272,7 +271,7 @@ class OrbitFamily(OrbitProblem):
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
         begun = self.signature.impacts[: len(self.impacts)]
         compiled = self.compiled(p)
-        contacts = compiled.mechanism.contacts
+        contacts = compiled.mechanism.rigid_stops
         plastic = [
             k
             for k, stop in enumerate(begun)
@@ -294,14 +293,14 @@ class OrbitFamily(OrbitProblem):
     def _reversing(self, z: Floats, p: Value) -> dict[str, float]:
         """Accelerations (4) of the slip after it has changed its sign, by the element's guard."""
         compiled, (states, _) = self.compiled(p), self.unpacked(z)
-        rigid, flights = len(self.mechanism.contacts), self.signature.flights
+        rigid, flights = len(self.mechanism.rigid_stops), self.signature.flights
         found = {}
         for k, (number, side) in enumerate(self.signature.impacts if flights else ()):
-            if number < rigid or not isinstance(self.mechanism.elements[number - rigid], Friction):
+            if number < rigid:
                 continue
             modes = flights[k - 1].mode, flights[k].mode
             before, after = (states_from_code(c, rigid, number - rigid + 1)[-1] for c in modes)
-            if {before, after} == {FrictionState.FORWARD, FrictionState.BACKWARD}:
+            if {before, after} == self.mechanism.elements[number].slipping:
                 mode = compiled.modes[flights[k].mode]
                 slip = next(guard for guard in mode.guards if guard.contact == number)
                 y = compiled.embedded(states[k, :-1], states[k, -1])
@@ -311,14 +310,7 @@ class OrbitFamily(OrbitProblem):
 
 def lossless(m: Mechanism) -> bool:
     """Whether every product of multipliers mu, 1 / mu is one: (3) vanishes identically."""
-    elastic = all(r == 1.0 for contact in m.contacts for r in contact.restitutions)
-    springs = all(isinstance(e, SoftStop) and not any_damping(e) for e in m.elements)
-    return elastic and springs and linear.largest(m.damping) == 0.0
-
-
-def any_damping(stop: SoftStop) -> bool:
-    """Whether a soft stop has a dashpot."""
-    return any(stop.at_side(side)[2] != 0.0 for side in (-1, 1))
+    return all(e.conserves for e in m.elements) and linear.largest(m.damping) == 0.0
 
 
 def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None) -> float:

@@ -101,7 +101,7 @@ class BifurcationPoint(LocatedPoint):
             return False
         if self.nearest:
             return self.nearest.watch != GAP
-        signature, rigid = self.orbit.signature, len(self.orbit.mechanism.contacts)
+        signature, rigid = self.orbit.signature, len(self.orbit.mechanism.rigid_stops)
         both = signature.impacts[self.segment], signature.solved[self.segment]
         return any(stop.contact >= rigid for stop in both)
 

@@ -25,7 +25,7 @@ NO_TIME = 1e-9  # of the period
 
 def passing(orbit: Orbit) -> Iterator[int]:
     """Numbers of the solved flights that begin and end with the same element."""
-    rigid, signature = len(orbit.mechanism.contacts), orbit.signature
+    rigid, signature = len(orbit.mechanism.rigid_stops), orbit.signature
     for k, end in enumerate(signature.ends):
         if end.contact >= rigid and signature.impacts[k].contact == end.contact:
             yield k

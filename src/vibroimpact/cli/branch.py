@@ -50,7 +50,7 @@ def add_branch(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--parameter", default="omega", metavar="NAME",
         help="what varies: omega, another parameter, or a path into a mechanism such as "
-        "contacts[0].restitution (default: omega)",
+        "elements[0].restitution (default: omega)",
     )  # fmt: skip
     group.add_argument(
         "--range", type=float, nargs=2, required=True, metavar=("LOW", "HIGH"),

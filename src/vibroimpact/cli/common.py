@@ -443,7 +443,7 @@ def _free_start(machine: Machine, over: Values) -> State:
 
 def _is_clear(start: State, mechanism: Mechanism) -> bool:
     """Whether a start lies between all stops."""
-    places = [(contact, np.dot(contact.row, start.position)) for contact in mechanism.contacts]
+    places = [(contact, np.dot(contact.row, start.position)) for contact in mechanism.rigid_stops]
     return all(contact.lower <= place <= contact.upper for contact, place in places)
 
 

@@ -18,8 +18,8 @@ from vibroimpact._core.scalars import above, choose, greatest, rounded_down, squ
 from vibroimpact.compile.decoupling import Decoupled
 from vibroimpact.compile.reduction import Closed, Reduced, mobility_of
 from vibroimpact.compile.vibrations import Vibrations
-from vibroimpact.model.elements import PhaseSwitch
-from vibroimpact.model.mechanism import Contact, Mechanism, stop_sizes
+from vibroimpact.model.elements.rigid_stop import RigidStop
+from vibroimpact.model.mechanism import Mechanism, stop_sizes
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
 LARGER = 2.0**14  # times what a force moves: a response that is split off costs four digits at most
@@ -82,9 +82,8 @@ def units_of(m: Mechanism, flow: dict[str, Any], rate: float) -> Vector:
     ones = [2 * i + 1 for i in m.massless]
     moved = [i for i in range(2 * m.degrees) if i not in ones]
     pushes = [abs(b[i][j]) / rate for i in moved for j in (*ones, *range(2 * m.degrees, len(b)))]
-    for part in m.numbered:
-        if not isinstance(part, PhaseSwitch):
-            pushes += [abs(x) for line in part.motion for x in (*line.sine, *line.cosine)]
+    for e in m.elements:
+        pushes += [abs(x) for line in e.motion for x in (*line.sine, *line.cosine)]
     pushed = greatest(pushes)
     resting = greatest([*stop_sizes(m), *(abs(constant[i]) / rate for i in moved)])
     length = choose(above(pushed, 0.0), pushed, choose(above(resting, 0.0), resting, 1.0))
@@ -304,7 +303,7 @@ def _least_shift(a: Matrix, mass: Matrix, least: float) -> float:
     return least
 
 
-def guard_row(c: ModeCoordinates, contact: Contact) -> tuple[Vector, float]:
+def guard_row(c: ModeCoordinates, contact: RigidStop) -> tuple[Vector, float]:
     """U = row . x as a row on y."""
     row = list(contact.row)
     return apply(transpose(c.to_x), row), dot(row, c.offset)
@@ -323,7 +322,7 @@ def force_rows(m: Mechanism, c: ModeCoordinates, closed: Closed, kappas: Vector)
             at = size - 2 * lines + 2 * line
             pull[i][at] += force.sine[i]
             pull[i][at + 1] += force.cosine[i] / kappas[line]
-    rows = [[-side * x for x in m.contacts[i].row] for i, side in closed]  # gap directions
+    rows = [[-side * x for x in m.rigid_stops[i].row] for i, side in closed]  # gap directions
     lift = linear.solve_definite(m.mass, transpose(rows))
     accelerations = product(transpose(lift), pull)
     forces = linear.solve_definite(product(rows, lift), accelerations, mobility_of(closed))

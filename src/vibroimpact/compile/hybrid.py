@@ -20,7 +20,7 @@ from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError
 from vibroimpact._core.linear import Matrix, Vector
-from vibroimpact._core.scalars import greatest, least, rounded_down, square_root
+from vibroimpact._core.scalars import greatest, is_infinite, least, rounded_down, square_root
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import (
     STEP_ANGLE,
@@ -40,6 +40,8 @@ from vibroimpact.compile.decoupling import Decoupled, decoupled
 from vibroimpact.compile.modes import (
     FASTEST,
     STEP_BITS,
+    ElementOfKernel,
+    Guard,
     Law,
     Mode,
     closed_from_code,
@@ -57,7 +59,7 @@ from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.rayleigh import proportion
 from vibroimpact.compile.reduction import Closed, Reduced, reduce
 from vibroimpact.compile.vibrations import Vibrations, normal_form, rayleigh_modes, vibration_modes
-from vibroimpact.model.mechanism import Mechanism, infinite, needs_elements
+from vibroimpact.model.mechanism import Mechanism, needs_elements
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 
@@ -83,7 +85,8 @@ class Hybrid:
         self.size = 2 * (n + lines)
         self._shapes: dict[Closed, tuple[Reduced, BlockForm] | None] = {}
         self._built: dict[Closed, ModeCoordinates] = {}
-        few = len(mechanism.contacts) <= FEW
+        self.stops = mechanism.rigid_stops
+        few = len(self.stops) <= FEW
         self.proportion = None if few else proportion(mechanism)
         self.closed = self._possible(self._sides()) if few else []
         self.units = list[float]()
@@ -113,20 +116,20 @@ class Hybrid:
         return []
 
     @property
-    def elements(self) -> list[tuple[int, bool, bool]]:
+    def elements(self) -> list[ElementOfKernel]:
         """No element has states of its own."""
         return []
 
     def mode(self, code: int) -> Mode:
         """Compile the mode of a closed set."""
-        closed = closed_from_code(code, len(self.mechanism.contacts))
+        closed = closed_from_code(code, len(self.stops))
         c = self._coordinates(closed)
         forces = force_rows(self.mechanism, c, closed, self.kappas) if closed else []
         held = {contact: row for (contact, _), row in zip(closed, forces, strict=True)}
         sides = dict(closed)
-        rows = [list(self.mechanism.contacts[i].row) for i in sides]
+        rows = [list(self.stops[i].row) for i in sides]
         guards = []
-        for i, contact in enumerate(self.mechanism.contacts):
+        for i, contact in enumerate(self.stops):
             if i in held:
                 row, gain, limits = held[i][:-1], held[i][-1], (0.0, math.inf)
             else:
@@ -134,7 +137,7 @@ class Hybrid:
                 limits = (contact.lower, contact.upper)
                 if closed and linear.null_space([*rows, list(contact.row)]) is None:
                     limits = (-math.inf, math.inf)  # the closed contacts determine its gap, too
-            guards.append((row, gain, *limits, sides.get(i, 0)))
+            guards.append(Guard(row, gain, *limits, sides.get(i, 0)))
         return Mode(code, c, guards, [], [])
 
     def _shape(self, closed: Closed) -> tuple[Reduced, BlockForm] | None:
@@ -154,9 +157,9 @@ class Hybrid:
 
     def _sides(self) -> list[list[int]]:
         """Sides on which each contact has a stop."""
-        contacts = self.mechanism.contacts
+        contacts = self.stops
         return [
-            [s for s in (1, -1) if not infinite(Stop(i, s).limit(contacts))]
+            [s for s in (1, -1) if not is_infinite(Stop(i, s).limit(contacts))]
             for i in range(len(contacts))
         ]
 
@@ -174,7 +177,7 @@ class Hybrid:
         The side on which a contact is closed does not matter: a stop exerts no force on a block
         without stiffness.
         """
-        count = len(self.mechanism.contacts)
+        count = len(self.stops)
         if self.proportion or not FEW < count <= MOST:
             return self.closed
         return self._on_one_side()
@@ -189,7 +192,7 @@ class Hybrid:
 
     def _is_modal(self) -> bool:
         """Whether every mode has blocks, without negative stiffness or damping, and no resonance."""
-        if len(self.mechanism.contacts) > MOST and not self.proportion:
+        if len(self.stops) > MOST and not self.proportion:
             return False
         motions = self._block_forms()
         if not all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in motions):
@@ -198,7 +201,7 @@ class Hybrid:
 
     def _responds(self) -> bool:
         """Whether the forcing is at no resonance; at one, the full matrix serves."""
-        few = len(self.mechanism.contacts) <= MOST
+        few = len(self.stops) <= MOST
         sets = self._on_one_side() if few else self._known()
         try:
             for closed in ((), *sets):
@@ -291,8 +294,8 @@ class Compiled:
             omegas=h.omegas,
             kappas=h.kappas,
             step=h.step,
-            laws=h.laws(),
-            elements=h.elements,
+            laws=[*h.laws()],
+            elements=[*h.elements],
             given=False,
             sequential=mechanism.impact_law == "sequential",
         )
@@ -347,7 +350,7 @@ class Compiled:
         return True
 
     def _add_mode(self, code: int) -> None:
-        opened = code - code % 3 ** len(self.mechanism.contacts)
+        opened = code - code % 3 ** len(self.mechanism.rigid_stops)
         if code != opened and opened not in self.codes:  # the kernel comes from it
             self._add_mode(opened)
         mode = self._hybrid.mode(code)
@@ -355,8 +358,8 @@ class Compiled:
         self.kernel.add_mode(
             code=mode.code,
             flow=c.flow,
-            guards=mode.guards,
-            watches=mode.watches,
+            guards=[*mode.guards],
+            watches=[*mode.watches],
             to_x=np.array(c.to_x),
             to_v=np.array(c.to_v),
             offset=c.offset,
@@ -373,7 +376,7 @@ def _key(m: Mechanism) -> tuple[object, ...]:
         return tuple(x for row in a for x in row)
 
     return (
-        flat(m.mass), flat(m.damping), flat(m.stiffness), m.contacts, m.forces, m.constant_force,
+        flat(m.mass), flat(m.damping), flat(m.stiffness), m.forces, m.constant_force,
         m.elements, m.impact_law,
     )  # fmt: skip
 

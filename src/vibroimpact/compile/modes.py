@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from vibroimpact._core.linear import Matrix, Vector, product, transpose
 from vibroimpact.compile.coordinates import ModeCoordinates, columns_by
@@ -15,11 +16,62 @@ STEP_BITS = 20  # binary digits of the step of the march, so that multiples of i
 # Seven derivatives at these rates, of 2^256 of the machine's size, stay within range: 256 + 7 * 108 < 1024.
 SLOWEST, FASTEST = 2.0**-108, 2.0**108
 
-Guard = tuple[Vector, float, float, float, int]  # row, gain, lower, upper, side closed
-# row, gain, lower, upper, element, held, number of a reset and code of the next mode (-1: none)
-Watch = tuple[Vector, float, float, float, int, bool, int, int]
-# impulse and shift in free coordinates, mobilities, restitutions
-Law = tuple[Vector, Vector, Vector, float, float]
+
+class Guard(NamedTuple):
+    """What ends a mode at a rigid stop: the gap while it is open, the force while it is closed.
+
+    ``lower <= row . y + gain <= upper``; ``side`` is that of a closed stop, 0 of an open one.
+    """
+
+    row: Vector
+    gain: float
+    lower: float
+    upper: float
+    side: int = 0
+
+
+class Watch(NamedTuple):
+    """What ends the state of an element: ``lower <= row . y + gain <= upper`` holds while it lasts."""
+
+    row: Vector
+    gain: float
+    lower: float
+    upper: float
+    element: int  # its number among the elements that switch
+    held: bool = False  # whether the mode keeps the row at zero: slip, while friction sticks
+    reset: int = -1  # number of the map of y that acts where a limit is reached; -1 for none
+    target: int = -1  # code of the mode that follows; -1 where the kernel decides
+
+
+class Law(NamedTuple):
+    """Jump at a rigid stop: impulse and shift in free coordinates, mobilities, restitutions."""
+
+    impulse: Vector
+    mobilities: Vector
+    shift: Vector
+    restitution_lower: float
+    restitution_upper: float
+
+
+class Work(NamedTuple):
+    """Force of an element along its row, and the speed at which it works, as rows on (y, 1).
+
+    The speed is zero where the force does no work on the motion, as that of friction that sticks.
+    """
+
+    force: Vector
+    speed: Vector
+
+
+class ElementOfKernel(NamedTuple):
+    """What the kernel knows of an element.
+
+    A bit for each state that it may have, whether it is a stop, whether it acts on a coordinate without mass.
+    """
+
+    states: int
+    soft: bool
+    joint: bool
 
 
 def code_of(closed: Closed) -> int:
@@ -35,17 +87,13 @@ def closed_from_code(code: int, contacts: int) -> Closed:
 
 @dataclass(frozen=True)
 class Mode:
-    """Mode for the kernel: its code, coordinates with their flow, guards, watches of elements.
-
-    ``elements`` has the force of each along its row, and the speed at which it works on the motion:
-    zero where it does no work, as friction that sticks.
-    """
+    """Mode for the kernel: its code, coordinates with their flow, guards, watches and work of elements."""
 
     code: int
     coordinates: ModeCoordinates
     guards: list[Guard]
     watches: list[Watch]
-    elements: list[tuple[Vector, Vector]]  # rows on (y, 1)
+    work: list[Work]
 
     def rows_in(self, units: Vector) -> Mode:
         """The mode with its rows on coordinates in these units, which its flow is in already."""
@@ -55,9 +103,9 @@ class Mode:
 
         return replace(
             self,
-            guards=[(moved(guard[0]), *guard[1:]) for guard in self.guards],
-            watches=[(moved(watch[0]), *watch[1:]) for watch in self.watches],
-            elements=[(moved(force), moved(speed)) for force, speed in self.elements],
+            guards=[guard._replace(row=moved(guard.row)) for guard in self.guards],
+            watches=[watch._replace(row=moved(watch.row)) for watch in self.watches],
+            work=[Work(moved(force), moved(speed)) for force, speed in self.work],
         )
 
 
@@ -65,13 +113,13 @@ def contact_laws(
     m: Mechanism, free: ModeCoordinates, accelerations: Callable[[Matrix], Matrix]
 ) -> list[Law]:
     """Jumps at the contacts of a mechanism, from its free mode and the accelerations by forces, M^-1."""
-    if not m.contacts:
+    if not m.rigid_stops:
         return []
-    rows = [list(contact.row) for contact in m.contacts]
+    rows = [list(contact.row) for contact in m.rigid_stops]
     lift = accelerations(transpose(rows))
     mobility = product(rows, lift)
     impulses, shifts = (transpose(product(a, lift)) for a in (free.from_v, free.from_x))
     return [
-        (impulses[i], mobility[i], shifts[i], *contact.restitutions)
-        for i, contact in enumerate(m.contacts)
+        Law(impulses[i], mobility[i], shifts[i], *contact.restitutions)
+        for i, contact in enumerate(m.rigid_stops)
     ]

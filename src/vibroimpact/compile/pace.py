@@ -18,7 +18,6 @@ Reference   theory.md, "Flight"
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -29,8 +28,7 @@ from vibroimpact._core.scalars import ROUNDING, above, choose, cleared, greatest
 from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.coordinates import LARGER, Blocks
 from vibroimpact.compile.modes import FASTEST, SLOWEST
-from vibroimpact.model.elements import Friction
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, with_mass
+from vibroimpact.model.mechanism import Mechanism, with_mass
 
 FASTER = 2.0**10
 
@@ -46,24 +44,21 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
     forces = [m.constant_force, *(part for f in m.forces for part in (f.sine, f.cosine))]
     lifts = linear.transpose(solve([[force[i] for force in forces] for i in heavy]))
     out = []
-    for part in m.numbered:
-        if not isinstance(part, (*STOP_KINDS, Friction)):
+    for e in m.elements:
+        if not e.row:
             continue
-        row = [part.row[i] for i in heavy]
+        row, grip = [e.row[i] for i in heavy], e.grip
         still, *driving = (_along(row, lift) for lift in lifts)
         lines = sum(driving)
         pull = still + lines
-        lower, upper, belt = -math.inf, math.inf, 0.0
-        if isinstance(part, Friction):
-            belt = part.belt_speed
-            level = part.kinetic if part.load is None else part.kinetic * abs(part.load.constant)
+        if e.slipping:
             (push,) = linear.transpose(solve([[x] for x in row]))
             # where a force pushes, too, it is this that says how far
-            pull = choose(above(pull, 0.0), 0.0, level * linear.dot(row, push))
+            pull = choose(
+                above(pull, 0.0), 0.0, grip.kinetic * abs(grip.load) * linear.dot(row, push)
+            )
             lines = 0.0
-        else:
-            lower, upper = part.lower, part.upper
-        out.append([*part.row, lower, upper, pull, lines, belt])
+        out.append([*e.row, e.limit_at(-1), e.limit_at(1), pull, lines, grip.speed])
     return out
 
 

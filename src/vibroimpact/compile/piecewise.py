@@ -30,6 +30,8 @@ gives v_z: from g = 0, where slipping begins, g stays zero, and what rounding le
 Frictions on the same line (model/friction_lines.py) are one: the first of them holds it, up to the sum of
 the levels, and all have its limits and states. A mode in which they have others does not occur.
 
+Each element gives its rows (compile/elements/).
+
 (theory.md, "Elements").
 """
 
@@ -53,14 +55,26 @@ from vibroimpact._core.scalars import (
     rounded_down,
     square_root,
 )
-from vibroimpact._kernel import Jet, sincos
+from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates, energy_norm, units_of
+from vibroimpact.compile.elements.element import (
+    Constraint,
+    ElementRows,
+    Hold,
+    Limits,
+    StateRows,
+    plus,
+)
+from vibroimpact.compile.elements.rigid_stop import RigidStopRows
+from vibroimpact.compile.elements.table import ROWS
 from vibroimpact.compile.modes import (
     STEP_BITS,
+    ElementOfKernel,
     Guard,
     Law,
     Mode,
     Watch,
+    Work,
     closed_from_code,
     code_of,
     contact_laws,
@@ -68,24 +82,13 @@ from vibroimpact.compile.modes import (
 from vibroimpact.compile.pace import FASTER, paced_rate
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
-from vibroimpact.model.elements import (
-    Element,
-    Friction,
-    FrictionState,
-    PhaseSwitch,
-    SoftStop,
-    SoftStopState,
-)
-from vibroimpact.model.friction_lines import friction_lines
-from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.friction_lines import along_line, friction_lines
 from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
 
 RADIX = 7  # states of an element in a code
 FEW = 32  # modes: up to this number, all are built at first
 HELD_TOGETHER = "mobility of the contacts that are closed and the friction that sticks"
-Row = tuple[Vector, float, float]  # row on (y, 1), lower, upper
-LIMITED = (SoftStopState.LIMITED_UPPER, SoftStopState.LIMITED_LOWER)
 # Sine squared of the angle of two lines: forces of each are good to half the digits.
 NEARLY = 2.0**-26
 
@@ -100,14 +103,6 @@ def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]
     """State of each element in a mode of this code."""
     code //= 3**contacts
     return tuple(code // RADIX**i % RADIX for i in range(elements))
-
-
-class Constraint(NamedTuple):
-    """A row of R with the speed s that it prescribes, and its derivative, as rows on (w, 1)."""
-
-    row: Vector
-    speed: Vector
-    acceleration: Vector
 
 
 class Light(NamedTuple):
@@ -161,7 +156,7 @@ class Piecewise:
         self.size = 2 * (self.degrees + self.lines)
         self.light = m.massless
         self.sliders = m.sliders
-        self.shared = friction_lines(m.elements, [*self.sliders])
+        self.shared = friction_lines(m.switching, [*self.sliders])
         self.first_on_line = {i: first for first, line in self.shared.items() for i in line}
         self.heavy = with_mass(m)
         self.mass = [[m.mass[i][j] for j in self.heavy] for i in self.heavy]
@@ -173,28 +168,30 @@ class Piecewise:
         self.rate = paced_rate(self.own, pace) if searched else self.own or 1.0
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
+        self.rows = StateRows(self.degrees, self.omegas, self.scale)
+        self.rigid = [RigidStopRows(stop, self.rows) for stop in m.rigid_stops]
+        self.parts: list[ElementRows[Any]] = [ROWS[e.kind](e, self.rows) for e in m.switching]
         self._check_lines()
         self.units = list[float]()
         if searched:
-            flow = self._flow(self._forces((), tuple(0 for _ in m.elements)))
+            flow = self._flow(self._forces((), tuple(0 for _ in m.switching)))
             self.units = units_of(m, flow, self.scale)
         self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
         self.elements = [
-            (sum(1 << s for s in e.states), isinstance(e, SoftStop), self._is_joint(e))
-            for e in m.elements
+            ElementOfKernel(
+                sum(1 << s for s in e.states), e.is_stop, any(e.row[i] for i in self.light if e.row)
+            )
+            for e in m.switching
         ]
-
-    def _is_joint(self, e: Element) -> bool:
-        """Whether an element acts on a coordinate without mass, whose speed depends on the others."""
-        return not isinstance(e, PhaseSwitch) and any(e.row[i] for i in self.light)
 
     def _check_lines(self) -> None:
         """Refuse frictions on nearly the same line: by what holds one, the other is not determined."""
         frictions = [
-            (number, e) for number, e in enumerate(self.mechanism.elements)
-            if isinstance(e, Friction) and number not in self.sliders
+            (number, e) for number, e in enumerate(self.mechanism.switching)
+            if e.holding is not None and number not in self.sliders
         ]  # fmt: skip
+        first = len(self.rigid)
         for (i, one), (j, other) in itertools.combinations(frictions, 2):
             rows = [list(one.row), list(other.row)]
             if linear.null_space(rows) is None:
@@ -202,7 +199,7 @@ class Piecewise:
             (a, b), (_, c) = product(rows, self._accelerations(transpose(rows)))
             if a * c - b * b <= NEARLY * (a * c):
                 raise InvalidParameterError(
-                    f"elements[{i}] and elements[{j}]: frictions on nearly the same line (rows "
+                    f"elements[{first + i}] and elements[{first + j}]: frictions on nearly the same line (rows "
                     f"{one.row} and {other.row}), so that the force of each is not determined while both "
                     "stick. Make one row a multiple of the other, or let them differ more."
                 )
@@ -210,28 +207,22 @@ class Piecewise:
     def _is_parted(self, states: tuple[int, ...]) -> bool:
         """Whether frictions on the same line have states that cannot be together."""
         return any(
-            states[i] != _along_line(states[first], factor)
+            states[i] != along_line(states[first], factor)
             for first, line in self.shared.items()
             for i, factor in line.items()
         )
 
-    def _static(self, number: int) -> float:
+    def _level(self, number: int) -> float:
         """Level up to which a friction holds its line, those of others on it included."""
-        line = self.shared.get(number, {number: 1.0})
-        return sum(abs(factor) * self._own_static(i) for i, factor in line.items())
-
-    def _own_static(self, number: int) -> float:
-        e = self.mechanism.elements[number]
-        assert isinstance(e, Friction)
-        assert e.static is not None
-        return e.static
+        line, elements = self.shared.get(number, {number: 1.0}), self.mechanism.switching
+        return sum(abs(factor) * elements[i].grip.static for i, factor in line.items())
 
     def _share(self, number: int) -> float:
         """Part of the force that holds its line, along the row of the first on it, that a friction carries."""
         first = self.first_on_line.get(number, number)
-        if (first == number and number not in self.shared) or not (level := self._static(first)):
+        if (first == number and number not in self.shared) or not (level := self._level(first)):
             return float(number == first)
-        own = self._own_static(number)
+        own = self.mechanism.switching[number].grip.static
         return own / level if self.shared[first][number] > 0.0 else -own / level
 
     def _rate(self) -> float:
@@ -239,15 +230,8 @@ class Piecewise:
         m = self.mechanism
         stiff = [[abs(x) for x in row] for row in m.stiffness]
         damp = [[abs(x) for x in row] for row in m.damping]
-        for e in m.elements:
-            if not isinstance(e, SoftStop):
-                continue
-            for side in (1, -1):
-                limit, k, c = e.at_side(side)
-                if is_infinite(limit):
-                    continue
-                if e.law == "limited" and c:
-                    k = 2.0 * k
+        for e in m.switching:
+            for k, c in e.stiffest:
                 square = [[abs(x * y) for y in e.row] for x in e.row]
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
         norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
@@ -274,10 +258,10 @@ class Piecewise:
     @cached_property
     def codes(self) -> list[int]:
         """Modes that are built at first: all, all without closed contacts, or the free one."""
-        m, contacts = self.mechanism, len(self.mechanism.contacts)
-        states = list(itertools.product(*(e.states for e in m.elements)))
+        m, contacts = self.mechanism, len(self.rigid)
+        states = list(itertools.product(*(e.states for e in m.switching)))
         sides = [
-            [0, *(s for s in (1, -1) if not is_infinite(Stop(i, s).limit(m.contacts)))]
+            [0, *(s for s in (1, -1) if not is_infinite(Stop(i, s).limit(m.elements)))]
             for i in range(contacts)
         ]
         closed = list(itertools.product(*sides))
@@ -296,108 +280,39 @@ class Piecewise:
     def _exists(self, closed: Closed, states: tuple[int, ...]) -> bool:
         """Whether the forces of a mode's constraints are determined."""
         m = self.mechanism
-        rows = [list(m.contacts[i].row) for i, _ in closed]
-        for e, state in zip(m.elements, states, strict=True):
-            if isinstance(e, Friction) and state == FrictionState.STICK:
-                rows.append(list(e.row))
+        rows = [list(m.rigid_stops[i].row) for i, _ in closed]
+        rows += [
+            list(e.row) for e, state in zip(m.switching, states, strict=True) if state == e.holding
+        ]
         return not rows or linear.null_space(rows) is not None
 
     def mode(self, code: int) -> Mode:
         """Compile the mode with this code."""
-        m = self.mechanism
-        closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
-        states = states_from_code(code, len(m.contacts), len(m.elements))
+        closed, states = self._read(code)
         forces = self._forces(closed, states)
         mode = Mode(
             code, self._coordinates(forces), self._guards(closed, forces),
-            self._watches(states, forces, len(closed)), self._elements(states, forces, len(closed)),
+            self._watches(states, forces, len(closed)), self._work(states, forces, len(closed)),
         )  # fmt: skip
         return mode.rows_in(self.units) if self.units else mode
 
+    def _read(self, code: int) -> tuple[Closed, tuple[int, ...]]:
+        """Closed stops and states of a mode."""
+        contacts = len(self.rigid)
+        closed = closed_from_code(code % 3**contacts, contacts)
+        return closed, states_from_code(code, contacts, len(self.parts))
+
     def _resets(self) -> list[tuple[Matrix, Vector]]:
-        """Maps of y that watches name by their number: the impulses of phase switches."""
+        """Maps of y that watches name by their number: the impulses of all elements."""
         out = []
-        for e in self.mechanism.elements:
-            for impulse in e.impulses if isinstance(e, PhaseSwitch) else ():
+        for e in self.mechanism.switching:
+            for impulse in e.own_impulses:
                 change = self._accelerations([[x] for x in impulse])
                 shift = [0.0] * self.size
                 for i, (x,) in enumerate(change):
                     unit = self.units[2 * i + 1] if self.units else 1.0
                     shift[2 * i + 1] = x / self.scale / unit
                 out.append((linear.identity(self.size), shift))
-        return out
-
-    # ---- rows on (y, 1) --------------------------------------------------------------------------
-
-    def _position(self, row: Vector | tuple[float, ...]) -> Vector:
-        out = [0.0] * (self.size + 1)
-        for i, x in enumerate(row):
-            out[2 * i] = x
-        return out
-
-    def _velocity(self, row: Vector | tuple[float, ...]) -> Vector:
-        out = [0.0] * (self.size + 1)
-        for i, x in enumerate(row):
-            out[2 * i + 1] = x * self.scale
-        return out
-
-    def _waves(self, waves: Vector) -> Vector:
-        """A row on (w, 1)."""
-        return [*[0.0] * (2 * self.degrees), *waves]
-
-    def _motion(self, lines: tuple[Harmonic, ...], derivative: int = 0) -> Vector:
-        """Derivative of a sum of lines as a row on (w, 1)."""
-        out = [0.0] * (2 * self.lines + 1)
-        for line in lines:
-            at = next(i for i, w in enumerate(self.omegas) if w is line.omega or w == line.omega)
-            sine, cosine = line.sine[0], line.cosine[0]
-            for _ in range(derivative):
-                sine, cosine = -line.omega * cosine, line.omega * sine
-            out[2 * at] += sine
-            out[2 * at + 1] += cosine
-        return out
-
-    def _gap(self, e: SoftStop) -> Vector:
-        """Row of u, relative to the moving stop."""
-        return _sum(self._position(e.row), self._waves(self._motion(e.motion)), -1.0)
-
-    def _press_speed(self, e: SoftStop) -> Vector:
-        """Row of u', relative to the moving stop."""
-        return _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
-
-    def _press(self, e: SoftStop, side: int, share: int = 1) -> Vector:
-        """Row of the force of spring and dashpot, > 0 where it presses; of the latter a share 1, 0, -1."""
-        limit, k, c = e.at_side(side)
-        rate = self._press_speed(e)
-        c = share * c
-        out = [side * (k * x + c * y) for x, y in zip(self._gap(e), rate, strict=True)]
-        out[-1] = out[-1] - side * (k * limit)
-        return out
-
-    def _load(self, e: Friction) -> Vector:
-        """Row of the normal load; 1 where it is in the levels."""
-        if e.load is None:
-            return [*[0.0] * self.size, 1.0]
-        out = self._waves(self._motion(e.load.motion))
-        out = _sum(out, self._position(e.load.position))
-        out = _sum(out, self._velocity(e.load.velocity))
-        out[-1] = e.load.constant
-        return out
-
-    def _from_phase(self, e: PhaseSwitch, phase: float) -> Vector:
-        """Row of sin(theta - phase)."""
-        sine, cosine = sincos(phase)
-        return self._waves(self._motion((Harmonic(e.omega, (cosine,), (-sine,)),)))
-
-    def _belt(self, e: Friction) -> Vector:
-        """Speed of the belt."""
-        speed = self._motion(e.motion, 1)
-        speed[-1] = e.belt_speed
-        return speed
-
-    def _slip(self, e: Friction) -> Vector:
-        out = _sum(self._velocity(e.row), self._waves(self._motion(e.motion, 1)), -1.0)
-        out[-1] = out[-1] - e.belt_speed
         return out
 
     # ---- equations -------------------------------------------------------------------------------
@@ -414,41 +329,35 @@ class Piecewise:
                 pull[i][2 * (n + line) + 1] = force.cosine[i]
             pull[i][-1] = m.constant_force[i]
         constraints: list[Constraint] = []
-        held: dict[int, Friction] = {}
-        never = len(m.elements) if self._is_parted(states) else None
-        for contact, _ in closed:
-            c = m.contacts[contact]
-            speed, change = (self._motion(c.motion, d) for d in (1, 2))
-            constraints.append(Constraint(list(c.row), speed, change))
-        for number, (e, state) in enumerate(zip(m.elements, states, strict=True)):
-            if isinstance(e, PhaseSwitch):
-                for i, x in enumerate(e.forces[e.arcs[state][2]]):
-                    pull[i][-1] = pull[i][-1] + x
-            elif isinstance(e, Friction) and state == FrictionState.STICK:
-                if number in self.sliders:
-                    held[number] = e
-                    continue
-                if self.first_on_line.get(number, number) != number:
-                    continue
-                if linear.null_space([*(c.row for c in constraints), list(e.row)]) is None:
+        held: dict[int, ElementRows[Any]] = {}
+        never = len(self.parts) if self._is_parted(states) else None
+        constraints += [self.rigid[i].constraint() for i, _ in closed]
+        for number, (part, state) in enumerate(zip(self.parts, states, strict=True)):
+            if state != part.element.holding:
+                part.add_force(pull, state)
+            elif number in self.sliders:
+                held[number] = part
+            elif self.first_on_line.get(number, number) == number:
+                row = list(part.element.row)
+                if linear.null_space([*(c.row for c in constraints), row]) is None:
                     never = number
-                    continue
-                change = self._motion(e.motion, 2)
-                constraints.append(Constraint(list(e.row), self._belt(e), change))
-            elif (law := self._law(e, state)) is not None:
-                _add_force(pull, e.row, *law)
+                else:
+                    constraints.append(part.constraint())
         light = self._without_mass(pull, held)
         pull = [self._put_in(row, light.speeds) for row in pull]
-        for number, e in held.items():
-            at = self.sliders[number]
-            light.held[number] = [-x / e.row[at] for x in pull[at]]
-            _add_force(pull, e.row, light.held[number], 1)
+        for number, part in held.items():
+            at, row = self.sliders[number], part.element.row
+            light.held[number] = [-x / row[at] for x in pull[at]]
+            for i, x in enumerate(row):
+                pull[i] = plus(pull[i], light.held[number], x)
         multipliers = self._multipliers(pull, constraints)
         return Forces(pull, constraints, multipliers, light, light.idle if never is None else never)
 
-    def _without_mass(self, pull: Matrix, held: dict[int, Friction]) -> Light:
+    def _without_mass(self, pull: Matrix, held: dict[int, ElementRows[Any]]) -> Light:
         """(4) and (5); forces of sliders that stick follow from them."""
-        speeds = {self.sliders[number]: self._held_speed(number, e) for number, e in held.items()}
+        speeds = {
+            self.sliders[number]: self._held_speed(number, part) for number, part in held.items()
+        }
         holder = {i: number for number, i in self.sliders.items()}
         unknown = [i for i in held_last(self.mechanism) if i not in speeds]
         groups = loose_groups([row[1 : 2 * self.degrees : 2] for row in pull], unknown)
@@ -482,7 +391,7 @@ class Piecewise:
         """Sum of the forces on a group that moves as one (dashpots.py): no speeds are in it."""
         total = [0.0] * (self.size + 1)
         for i, weight in weights.items():
-            total = _sum(total, pull[i], weight)
+            total = plus(total, pull[i], weight)
         total[1 : 2 * self.degrees : 2] = [0.0] * self.degrees
         return total
 
@@ -496,12 +405,12 @@ class Piecewise:
         lost = linear.eliminated(block, sizes)[1]
         return [*groups][lost[0]] if lost else None
 
-    def _held_speed(self, number: int, e: Friction) -> Vector:
+    def _held_speed(self, number: int, part: ElementRows[Any]) -> Vector:
         """Speed / scale of the coordinate of a slider that sticks, by r v = s."""
-        at = self.sliders[number]
-        others = [0.0 if j == at else x for j, x in enumerate(e.row)]
-        moved = _sum(self._waves(self._belt(e)), self._velocity(others), -1.0)
-        return [x / (self.scale * e.row[at]) for x in moved]
+        at, row = self.sliders[number], part.element.row
+        others = [0.0 if j == at else x for j, x in enumerate(row)]
+        moved = plus(self.rows.waves(part.held_speed), self.rows.velocity(others), -1.0)
+        return [x / (self.scale * row[at]) for x in moved]
 
     def _rate_of_balance(self, row: Vector) -> Vector:
         """(5) over scale: a row whose zero it is, from that of g, on positions, waves and 1."""
@@ -522,60 +431,47 @@ class Piecewise:
             out[2 * i + 1] = 0.0
         terms = list(map(abs, out))
         for i, speed in speeds.items():
-            out = _sum(out, speed, row[2 * i + 1])
-            terms = _sum(terms, list(map(abs, speed)), abs(row[2 * i + 1]))
+            out = plus(out, speed, row[2 * i + 1])
+            terms = plus(terms, list(map(abs, speed)), abs(row[2 * i + 1]))
         return _cleared(out, terms) if speeds else out
 
-    def _law(self, e: Element, state: int) -> tuple[Vector, int] | None:
-        """Force of an element along its row with its sign; None where it has none by its law."""
-        if isinstance(e, Friction):
-            if state == FrictionState.LIFTED:
-                return None
-            kinetic = [e.kinetic * x for x in self._load(e)]
-            return kinetic, -1 if state == FrictionState.FORWARD else 1
-        if isinstance(e, PhaseSwitch) or not (now := SoftStopState(state)).presses:
-            return None
-        if now in LIMITED:  # the damping force is that of the spring
-            return [2.0 * x for x in self._press(e, now.side, 0)], -now.side
-        return self._press(e, now.side), -now.side
-
     def force_rows(self, code: int) -> Matrix:
-        """Force of every contact and element along its row in a mode, as rows on (x, v, w, 1).
+        """Force of every element along its row in a mode, as rows on (x, v, w, 1).
 
-        x_i and v_i / scale alternate, as in y. Contacts come first, as in the numbers of events.
+        x_i and v_i / scale alternate, as in y.
         """
-        m = self.mechanism
-        closed = closed_from_code(code % 3 ** len(m.contacts), len(m.contacts))
-        states = states_from_code(code, len(m.contacts), len(m.elements))
+        closed, states = self._read(code)
         forces = self._forces(closed, states)
-        nothing = [0.0] * (self.size + 1)
+        nothing = self.rows.constant()
         at_rest = dict(zip([i for i, _ in closed], forces.multipliers, strict=False))
-        rows = [at_rest.get(i, nothing) for i in range(len(m.contacts))]
-        return [*rows, *(force for force, _ in self._elements(states, forces, len(closed)))]
+        rows = [at_rest.get(i, nothing) for i in range(len(self.rigid))]
+        return [*rows, *(work.force for work in self._work(states, forces, len(closed)))]
 
-    def _elements(
-        self, states: tuple[int, ...], forces: Forces, closed: int
-    ) -> list[tuple[Vector, Vector]]:
-        """Force of every element along its row, and the speed at which it works, as rows on (y, 1)."""
-        nothing = [0.0] * (self.size + 1)
+    def gap_row(self, number: int) -> Vector:
+        """Row . x of an element, relative to what moves, as a row on (x, v, w, 1)."""
+        return [*self.rigid, *self.parts][number].gap
+
+    def _work(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Work]:
+        """Force and speed of every element that switches."""
+        nothing, speeds = self.rows.constant(), forces.light.speeds
         held = iter(forces.multipliers[closed:])
         on_line: dict[int, Vector] = {}  # what holds a line, by the first on it
         out = []
-        for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
-            if isinstance(e, Friction) and state == FrictionState.STICK:
+        for number, (part, state) in enumerate(zip(self.parts, states, strict=True)):
+            if state == part.element.holding:
                 force = forces.light.held.get(number)
                 if force is None:
                     first = self.first_on_line.get(number, number)
                     if first == number and number != forces.never:
                         on_line[number] = next(held, nothing)
                     force = [self._share(number) * x for x in on_line.get(first, nothing)]
-                out.append((force, nothing))
-            elif isinstance(e, PhaseSwitch) or (law := self._law(e, state)) is None:
-                out.append((nothing, nothing))
+                out.append(Work(force, nothing))
+            elif (found := part.force(state)) is None:
+                out.append(Work(nothing, nothing))
             else:
-                speed = self._press_speed(e) if isinstance(e, SoftStop) else self._slip(e)
-                force = self._put_in([law[1] * x for x in law[0]], forces.light.speeds)
-                out.append((force, self._put_in(speed, forces.light.speeds)))
+                row, sign = found
+                force = self._put_in([sign * x for x in row], speeds)
+                out.append(Work(force, self._put_in(part.speed, speeds)))
         return out
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
@@ -585,8 +481,8 @@ class Piecewise:
         rows = [c.row for c in constraints]
         lift = self._accelerations(transpose(rows))
         free = product(transpose(lift), pull)
-        wanted = [self._waves(c.acceleration) for c in constraints]
-        missing = [_sum(a, b, -1.0) for a, b in zip(wanted, free, strict=True)]
+        wanted = [self.rows.waves(c.acceleration) for c in constraints]
+        missing = [plus(a, b, -1.0) for a, b in zip(wanted, free, strict=True)]
         return linear.solve_definite(self._mobility(rows, lift), missing, HELD_TOGETHER)
 
     def _mobility(self, rows: Matrix, lift: Matrix) -> Matrix:
@@ -644,8 +540,8 @@ class Piecewise:
         terms = linear.absolute(total)
         for c, mu in zip(forces.constraints, forces.multipliers, strict=True):
             for i in range(n):
-                total[i] = _sum(total[i], mu, c.row[i])
-                terms[i] = _sum(terms[i], list(map(abs, mu)), abs(c.row[i]))
+                total[i] = plus(total[i], mu, c.row[i])
+                terms[i] = plus(terms[i], list(map(abs, mu)), abs(c.row[i]))
         total = list(map(_cleared, total, terms)) if forces.constraints else total
         acceleration = self._accelerations(total)
         b, constant = linear.zeros(size, size), [0.0] * size
@@ -728,155 +624,62 @@ class Piecewise:
 
     def _guards(self, closed: Closed, forces: Forces) -> list[Guard]:
         """Gaps of open contacts, forces of closed ones."""
-        m = self.mechanism
-        sides = dict(closed)
-        held = dict(zip(sides, forces.multipliers, strict=False))  # contacts come first
-        guards = []
-        for i, contact in enumerate(m.contacts):
-            if i in held:
-                force = [-sides[i] * x for x in held[i]]
-                guards.append((force[:-1], force[-1], 0.0, math.inf, sides[i]))
-                continue
-            u = _sum(self._position(contact.row), self._waves(self._motion(contact.motion)), -1.0)
-            limits = (contact.lower, contact.upper)
-            speed = self._motion(contact.motion, 1)
-            if self._moves_along(list(contact.row), speed, forces.constraints):
-                limits = (-math.inf, math.inf)  # its gap is constant
-            guards.append((u[:-1], u[-1], *limits, 0))
-        return guards
+        held = dict(zip(dict(closed), forces.multipliers, strict=False))  # contacts come first
+        return [
+            stop.closed(dict(closed)[i], held[i])
+            if i in held
+            else stop.open(pinned=self._is_pinned(stop, forces.constraints))
+            for i, stop in enumerate(self.rigid)
+        ]
 
-    def _moves_along(self, row: Vector, speed: Vector, constraints: list[Constraint]) -> bool:
-        """Whether constraints determine row . v, and it is this speed, a row on (w, 1)."""
-        rows = [c.row for c in constraints]
+    def _is_pinned(self, part: ElementRows[Any], constraints: list[Constraint]) -> bool:
+        """Whether constraints determine row . v of an element, and it is the speed at which it is held."""
+        rows, row, speed = [c.row for c in constraints], list(part.element.row), part.held_speed
         if not rows or linear.null_space([*rows, row]) is not None:
             return False
         across = [[dot(row, other)] for other in rows]
         shares = linear.solve_definite(product(rows, transpose(rows)), across, HELD_TOGETHER)
         size = linear.largest([speed])
         for (share,), c in zip(shares, constraints, strict=True):
-            part = [share * x for x in c.speed]
-            speed, size = _sum(speed, part, -1.0), size + linear.largest([part])
+            taken = [share * x for x in c.speed]
+            speed, size = plus(speed, taken, -1.0), size + linear.largest([taken])
         return linear.largest([speed]) <= 2.0**-40 * size
 
     def _watches(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Watch]:
         if forces.never is not None:  # 0 >= 1: of two constraints alike one slips at speed zero
-            return [([0.0] * self.size, 0.0, 1.0, math.inf, forces.never, False, -1, -1)]
+            return [Watch([0.0] * self.size, 0.0, 1.0, math.inf, forces.never)]
         watches: list[Watch] = []
-        on_line: dict[int, list[Row]] = {}  # limits of frictions that share one, by the first
-        stuck = closed
-        for number, (e, state) in enumerate(zip(self.mechanism.elements, states, strict=True)):
-            found: list[Row] = []
-            first = self.first_on_line.get(number, number)
-            if first != number:
-                found = on_line[first]
-            elif isinstance(e, SoftStop):
-                found = self._soft_watches(e, SoftStopState(state))
-            elif isinstance(e, PhaseSwitch):
-                late, early = (self._from_phase(e, phase) for phase in e.arcs[state][:2])
-                reset = self._impulse_after(number, state)
-                if not e.is_half_turn(state):  # there the other limit says the same
-                    watches.append(self._watch(late, 0.0, math.inf, number, forces))
-                watches.append(self._watch(early, -math.inf, 0.0, number, forces, reset=reset))
-            elif number in self.sliders:
-                found = self._slider_watches(number, FrictionState(state), forces)
-                if (g := forces.light.balance.get(number)) is not None:
-                    watches.append(self._watch(g, 0.0, 0.0, number, forces, held=True))
-            elif state == FrictionState.STICK:
-                watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
-                found = self._sticking_watches(number, forces.multipliers[stuck])
-                stuck += 1
-            elif state != FrictionState.LIFTED and self._moves_along(
-                list(e.row), self._belt(e), forces.constraints
-            ):  # it slips at speed zero
-                watches.append(self._watch(self._slip(e), 0.0, 0.0, number, forces, held=True))
-                found = [(self._load(e), 0.0, math.inf)] if e.load else []
-            else:
-                found = self._slipping_watches(e, FrictionState(state))
-            on_line[number] = found
-            watches += [self._watch(row, low, high, number, forces) for row, low, high in found]
+        on_line: dict[int, list[Limits]] = {}  # limits of frictions that share one, by the first
+        stuck = iter(forces.multipliers[closed:])
+        resets = 0
+        for number, (part, state) in enumerate(zip(self.parts, states, strict=True)):
+            e, slider = part.element, number in self.sliders
+            first, zero = self.first_on_line.get(number, number), None
+            if first == number:
+                hold, pinned = None, False
+                if state == e.holding:
+                    force = forces.light.held[number] if slider else next(stuck)
+                    hold, zero = Hold(force, self._level(number)), None if slider else part.speed
+                elif slider:
+                    zero = forces.light.balance.get(number)
+                elif state in e.slipping and self._is_pinned(part, forces.constraints):
+                    pinned, zero = True, part.speed  # it slips at speed zero
+                on_line[number] = part.limits(state, hold, pinned=pinned)
+            found = [] if zero is None else [Limits(zero, 0.0, 0.0)]
+            for row, lower, upper, impulse in (*found, *on_line[first]):
+                whole, reset = self._put_in(row, forces.light.speeds), resets + impulse
+                watches.append(
+                    Watch(
+                        whole[:-1], whole[-1], lower, upper, number, held=row is zero,
+                        reset=reset if impulse >= 0 else -1,
+                    )
+                )  # fmt: skip
+            resets += len(e.own_impulses)
         return watches
-
-    def _watch(
-        self, row: Vector, low: float, high: float, number: int, forces: Forces,
-        *, held: bool = False, reset: int = -1,
-    ) -> Watch:  # fmt: skip
-        whole = self._put_in(row, forces.light.speeds)
-        return whole[:-1], whole[-1], low, high, number, held, reset, -1
-
-    def _slider_watches(self, number: int, state: FrictionState, forces: Forces) -> list[Row]:
-        e = self.mechanism.elements[number]
-        assert isinstance(e, Friction)
-        if state is FrictionState.STICK:
-            return self._sticking_watches(number, forces.light.held[number])
-        return self._slipping_watches(e, state)
-
-    def _sticking_watches(self, number: int, force: Vector) -> list[Row]:
-        e, static = self.mechanism.elements[number], self._static(number)
-        assert isinstance(e, Friction)
-        if e.load is None:
-            return [(force, -static, static)]
-        most = [static * x for x in self._load(e)]
-        return [(_sum(most, force, -1.0), 0.0, math.inf), (_sum(most, force), 0.0, math.inf)]
-
-    def _slipping_watches(self, e: Friction, state: FrictionState) -> list[Row]:
-        if state is FrictionState.LIFTED:
-            return [(self._load(e), -math.inf, 0.0)]
-        limits = (0.0, math.inf) if state is FrictionState.FORWARD else (-math.inf, 0.0)
-        pressed = [(self._load(e), 0.0, math.inf)] if e.load else []
-        return [(self._slip(e), *limits), *pressed]
-
-    def _impulse_after(self, number: int, state: int) -> int:
-        """Number of the reset at the end of a piece of an arc; -1 where there is no impulse."""
-        e = self.mechanism.elements[number]
-        assert isinstance(e, PhaseSwitch)
-        following = e.arcs[(state + 1) % len(e.arcs)]
-        begins = following[0] == e.phases[following[2]]
-        if not e.impulses or not begins:
-            return -1
-        before = sum(
-            len(other.impulses)
-            for other in self.mechanism.elements[:number]
-            if isinstance(other, PhaseSwitch)
-        )
-        return before + following[2]
-
-    def _soft_watches(self, e: SoftStop, state: SoftStopState) -> list[Row]:
-        gap = self._gap(e)
-        if state is SoftStopState.OPEN:
-            return [(gap, e.lower, e.upper)]
-        side, positive, negative = state.side, (0.0, math.inf), (-math.inf, 0.0)
-        within = (e.upper, math.inf) if side > 0 else (-math.inf, e.lower)
-        if not state.presses:
-            return [(gap, *within), (self._press(e, side), *negative)]
-        if state in LIMITED:
-            return [(gap, *within), (self._press(e, side, -1), *negative)]
-        if e.law == "linear" or not e.at_side(side)[2]:
-            return [(gap, *within)]
-        if e.law == "limited":  # |c s'| <= k s, which has s >= 0 in it
-            return [(self._press(e, side), *positive), (self._press(e, side, -1), *positive)]
-        # it has come beyond the stop: from the other one, too, its law may ask for pressure
-        return [(gap, *within), (self._press(e, side), *positive)]
 
     def laws(self) -> list[Law]:
         """Jump at every contact."""
         return contact_laws(self.mechanism, self.free, self._accelerations)
-
-
-def _sum(a: Vector, b: Vector, factor: float = 1.0) -> Vector:
-    return [x + factor * y for x, y in zip(a, b, strict=True)]
-
-
-def _along_line(state: int, factor: float) -> int:
-    """State of a friction on the line of another, by the state of that and the factor of their rows."""
-    if state == FrictionState.STICK or factor > 0.0:
-        return state
-    return FrictionState.BACKWARD if state == FrictionState.FORWARD else FrictionState.FORWARD
-
-
-def _add_force(pull: Matrix, row: tuple[float, ...], force: Vector, sign: int) -> None:
-    """Add sign * force along a row."""
-    for i, x in enumerate(row):
-        pull[i] = _sum(pull[i], force, sign * x)
 
 
 def _cleared(row: list[Any], terms: Vector) -> list[Any]:

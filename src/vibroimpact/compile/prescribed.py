@@ -22,15 +22,15 @@ from vibroimpact._core.chebyshev import nodes
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Vector
+from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Floats
 from vibroimpact._core.windows import Windows
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
-from vibroimpact.compile.modes import Mode
+from vibroimpact.compile.modes import Guard, Mode, Watch
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
 from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
-from vibroimpact.model.elements import Friction, FrictionState, SoftStop
-from vibroimpact.model.mechanism import Mechanism, held_last, infinite, needs_elements, with_mass
+from vibroimpact.model.mechanism import Mechanism, held_last, needs_elements, with_mass
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.system import System, mechanism_of
 
@@ -365,49 +365,48 @@ class _Ends:
         self.laws: list[tuple[Floats, Floats, Floats, Floats, Floats, int]] = []
         self.still = _array([0.0] * pieces.size)
         self.pushes: list[Push] = [
-            (_array([x / mobility[i] for x in impulse]), restitutions, self.still)
-            for i, (impulse, mobility, _, *restitutions) in enumerate(pieces.laws())
+            (
+                _array([x / law.mobilities[i] for x in law.impulse]),
+                (law.restitution_lower, law.restitution_upper),
+                self.still,
+            )
+            for i, law in enumerate(pieces.laws())
         ]
 
     def of(self, mode: Mode, number: int) -> Iterator[GuardRow]:
         """Guards of a mode with this number in the kernel, whose limits are kept."""
-        for i, (row, gain, lower, upper, closed) in enumerate(mode.guards):
-            if not closed:
-                name = End(i, 0, mode.code)
-                yield self._keep(name, row, gain, (lower, upper), self.pushes[i], number)
+        for i, guard in enumerate(mode.guards):
+            if not guard.side:
+                yield self._keep(End(i, 0, mode.code), guard, self.pushes[i], number)
         contacts = len(mode.guards)
-        for j, (row, gain, lower, upper, element, held, reset, _) in enumerate(mode.watches):
-            if not held:
-                name = End(contacts + element, 0, mode.code, j)
+        for j, watch in enumerate(mode.watches):
+            if not watch.held:
+                name, reset = End(contacts + watch.element, 0, mode.code, j), watch.reset
                 kick = _array(self.pieces.resets[reset][1]) if reset >= 0 else self.still
-                push = self.still, (0.0, 0.0), kick
-                yield self._keep(name, row, gain, (lower, upper), push, number)
+                yield self._keep(name, watch, (self.still, (0.0, 0.0), kick), number)
 
     def forgotten(self, mode: Mode) -> int:
         """Number of joints that stick in a mode, and of sliders whose place a balance of forces gives.
 
         Left out are joints that others hold already.
         """
-        elements, sliders = self.pieces.mechanism.elements, self.pieces.sliders
+        elements, sliders = self.pieces.mechanism.switching, self.pieces.sliders
         states = states_from_code(mode.code, len(mode.guards), len(elements))
         return sum(
-            held
-            and isinstance(elements[i], Friction)
-            and (i in sliders or states[i] == FrictionState.STICK)
-            for *_, i, held, _reset, _target in mode.watches
+            watch.held and (i in sliders or states[i] == elements[i].holding)
+            for watch in mode.watches
+            for i in [watch.element]
         )
 
-    def _keep(
-        self, name: End, row: Vector, gain: float, limits: tuple[float, float],
-        push: Push, number: int,
-    ) -> GuardRow:  # fmt: skip
-        (impulse, restitutions, kick), rows = push, _array(row)
+    def _keep(self, name: End, of: Guard | Watch, push: Push, number: int) -> GuardRow:
+        (impulse, restitutions, kick), rows = push, _array(of.row)
+        limits = of.lower, of.upper
         for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
-            if not infinite(limit):
+            if not is_infinite(limit):
                 self.known[name._replace(side=side)] = len(self.laws)
-                place = _array([limit - gain])
+                place = _array([limit - of.gain])
                 self.laws.append((rows, place, impulse, _array([restitution]), kick, number))
-        return GuardRow(name.contact, name.watch, rows[0], _value(gain), *map(_value, limits))
+        return GuardRow(name.contact, name.watch, rows[0], _value(of.gain), *map(_value, limits))
 
 
 def _value(x: Any) -> float:
@@ -448,8 +447,7 @@ def _check_ratios(varied: Mechanism, parameter: str) -> None:
 
 def _check_order(varied: Mechanism, parameter: str) -> None:
     """Refuse a parameter that gives a massless coordinate a mass, or a slider without one a dashpot."""
-    soft = [e for e in varied.elements if isinstance(e, SoftStop)]
-    laws = [(e.row, e.at_side(side)[2]) for e in soft for side in (1, -1)]
+    laws = [(e.row, c) for e in varied.switching for _, c in e.stiffest]
     groups = loose_groups(varied.damping, held_last(varied))
     for i in varied.massless:
         given: dict[str, list[list[Any]]] = {

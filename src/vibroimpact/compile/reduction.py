@@ -45,13 +45,13 @@ def reduce(m: Mechanism, closed: Closed) -> Reduced | None:
     n = m.degrees
     offset, basis = [0.0] * n, linear.identity(n)
     if closed:
-        rows = [list(m.contacts[i].row) for i, _ in closed]
+        rows = [list(m.rigid_stops[i].row) for i, _ in closed]
         found = _allowed(m, rows)
         if found is None:
             return None
         basis = found
         lift = linear.solve_definite(m.mass, transpose(rows))
-        limits = [[stop.limit(m.contacts)] for stop in closed]
+        limits = [[stop.limit(m.rigid_stops)] for stop in closed]
         offset = [
             row[0]
             for row in product(

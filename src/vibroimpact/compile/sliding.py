@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import ROUNDING, rounded_down
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
-from vibroimpact.compile.modes import STEP_BITS
+from vibroimpact.compile.modes import STEP_BITS, ElementOfKernel, Watch
 from vibroimpact.compile.units import Units, balanced_norm
 from vibroimpact.model.hybrid_system import MOST_GUARDS, HybridSystem, Transition
 
@@ -73,8 +73,8 @@ class Surface:
         return float(a / (a - b))
 
 
-class Watch(NamedTuple):
-    """A guard of a mode of the kernel: its limits, where it leads, and what it belongs to."""
+class WayOut(NamedTuple):
+    """A way out of a mode: the limits of a row, where it leads, and what it belongs to."""
 
     row: Row
     lower: float
@@ -103,7 +103,7 @@ class GivenSystem:
         }
         self.rows = {name: self._row(name) for name in system.guards}
         self.surfaces = self._surfaces()
-        self.watches: list[Watch] = []
+        self.watches: list[WayOut] = []
         self.names: list[str] = []  # of modes, by their codes
         self.steps: list[float] = []
         self._compile()
@@ -208,7 +208,7 @@ class GivenSystem:
 
     def _compile(self) -> None:
         flows: list[Flow] = []
-        watched: list[list[Watch]] = []
+        watched: list[list[WayOut]] = []
         for name, flow in self.flows.items():
             self.names.append(name)
             flows.append(flow)
@@ -225,8 +225,8 @@ class GivenSystem:
         self.steps = [self._step(name, flow) for name, flow in zip(self.names, flows, strict=True)]
         self.kernel = _kernel.System(
             dense=True, mixed=False, dimension=self.size, degrees=self.pairs, omegas=self.omegas,
-            kappas=[1.0] * self.lines, step=self.steps[0], laws=[], elements=[(1, False, False)], given=True,
-            sequential=False,
+            kappas=[1.0] * self.lines, step=self.steps[0], laws=[], elements=[ElementOfKernel(1, False, False)],
+            given=True, sequential=False,
         )  # fmt: skip
         to_x, to_v = np.zeros((self.pairs, self.size)), np.zeros((self.pairs, self.size))
         from_x, from_v = np.zeros((self.size, self.pairs)), np.zeros((self.size, self.pairs))
@@ -249,21 +249,16 @@ class GivenSystem:
                 from_x=from_x, from_v=from_v, particular=np.zeros((self.size, 2 * self.lines)), shift=[],
             )  # fmt: skip
 
-    def _put(self, w: Watch) -> Any:
+    def _put(self, w: WayOut) -> Watch:
         reset = -1
         if w.reset is not None:
             reset = int(self.kernel.add_reset(matrix=w.reset[0], shift=w.reset[1].tolist()))
         self.watches.append(w)
-        return (
-            w.row[0].tolist(),
-            w.row[1],
-            w.lower,
-            w.upper,
-            len(self.watches) - 1,
-            False,
-            reset,
-            self.code(*w.to),
-        )
+        row, gain = w.row
+        number, target = len(self.watches) - 1, self.code(*w.to)
+        return Watch(
+            row.tolist(), gain, w.lower, w.upper, number, reset=reset, target=target
+        )  # fmt: skip
 
     def _of(self, mode: str) -> list[Transition]:
         return [t for t in self.system.transitions if t.mode == mode]
@@ -280,7 +275,7 @@ class GivenSystem:
         level = self.system.guards[t.guard].level
         return (-math.inf, level) if t.direction == "rising" else (level, math.inf)
 
-    def _watch(self, t: Transition, twin_on: int) -> Watch:
+    def _watch(self, t: Transition, twin_on: int) -> WayOut:
         """A transition from a mode, or from its twin on a surface."""
         assert t.matrix is not None
         assert t.shift is not None
@@ -288,12 +283,12 @@ class GivenSystem:
         to, reset = (t.to, number), self._map(t.matrix, t.shift)
         if number >= 0 and number == twin_on:
             to, reset = (self.surfaces[number].name, number), self.surfaces[number].reset
-        return Watch(self.rows[t.guard], *self._limits(t), t.guard, to, reset, number)
+        return WayOut(self.rows[t.guard], *self._limits(t), t.guard, to, reset, number)
 
-    def _sliding_watches(self, number: int, s: Surface) -> list[Watch]:
+    def _sliding_watches(self, number: int, s: Surface) -> list[WayOut]:
         out = [
-            Watch(s.rates[0], 0.0, math.inf, s.guard, (s.below, number), s.reset, number),
-            Watch(s.rates[1], -math.inf, 0.0, s.guard, (s.above, number), s.reset, number),
+            WayOut(s.rates[0], 0.0, math.inf, s.guard, (s.below, number), s.reset, number),
+            WayOut(s.rates[1], -math.inf, 0.0, s.guard, (s.above, number), s.reset, number),
         ]
         if s.flow is None:
             return out
@@ -313,7 +308,7 @@ class GivenSystem:
 
     def _sliding_watch(
         self, number: int, s: Surface, a: Transition | None, b: Transition | None
-    ) -> Watch:
+    ) -> WayOut:
         """What both modes leave alike, or for modes that slide on the same surface; else the run ends."""
         known = [(x.below, x.above, x.guard) for x in self.surfaces]
         t = a or b
@@ -323,16 +318,16 @@ class GivenSystem:
         if a and b and plain and (a.to, b.to, s.guard) in known:
             other = known.index((a.to, b.to, s.guard))
             reset = self.surfaces[other].reset
-            return Watch(*place, (self.surfaces[other].name, other), reset, -1)
+            return WayOut(*place, (self.surfaces[other].name, other), reset, -1)
         if a and b and a.to == b.to and same_reset(a, b):
             assert a.matrix is not None
             assert a.shift is not None
-            return Watch(*place, (a.to, -1), self._map(a.matrix, a.shift), -1)
+            return WayOut(*place, (a.to, -1), self._map(a.matrix, a.shift), -1)
         says = [
             f"{m!r} goes to {x.to!r}" if x else f"{m!r} goes on"
             for m, x in ((s.below, a), (s.above, b))
         ]
-        return Watch(
+        return WayOut(
             *place, (s.name, number), None, -1,
             f"it slides on {s.guard!r} as {s.name!r}, and {t.guard!r} is {t.direction} there: {says[0]}, {says[1]}, "
             "and their combination is not determined",

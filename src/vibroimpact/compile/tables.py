@@ -20,7 +20,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.columns import Column
 from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.hybrid import Hybrid
-from vibroimpact.compile.modes import Mode
+from vibroimpact.compile.modes import ElementOfKernel, Mode
 from vibroimpact.compile.pace import paced_parts, paces_of
 from vibroimpact.compile.piecewise import Piecewise
 
@@ -74,7 +74,7 @@ class Stacks:
     piecewise: bool
     sequential: bool
     degrees: int
-    elements: list[tuple[int, bool, bool]]
+    elements: list[ElementOfKernel]
     systems: dict[str, Stack]
     modes: list[dict[str, Any]]
     pace: dict[str, Stack]
@@ -122,7 +122,7 @@ class Stacks:
         """Kernel batch of the systems."""
         batch = _kernel.Batch(
             dense=self.dense, mixed=self.mixed, degrees=self.degrees, columns=self.columns,
-            piecewise=self.piecewise, sequential=self.sequential, elements=self.elements,
+            piecewise=self.piecewise, sequential=self.sequential, elements=[*self.elements],
             **kernel_arguments(self.systems),
         )  # fmt: skip
         for mode in self.modes:
@@ -167,15 +167,17 @@ def stacks_of(
         A mode is needed whose contact forces are not determined.
     """
     m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
-    contacts, lines, size = len(m.contacts), len(m.forces), hybrid.size
+    contacts, lines, size = len(m.rigid_stops), len(m.forces), hybrid.size
     systems = {
         "omegas": stack(hybrid.omegas, lines),
         "kappas": stack(hybrid.kappas, lines),
         "steps": stack(hybrid.step),
-        "impulse": stack([law[0] for law in laws], contacts, size),
-        "mobility": stack([law[1] for law in laws], contacts, contacts),
-        "shift": stack([law[2] for law in laws], contacts, size),
-        "restitution": stack([law[3:] for law in laws], contacts, 2),
+        "impulse": stack([law.impulse for law in laws], contacts, size),
+        "mobility": stack([law.mobilities for law in laws], contacts, contacts),
+        "shift": stack([law.shift for law in laws], contacts, size),
+        "restitution": stack(
+            [(law.restitution_lower, law.restitution_upper) for law in laws], contacts, 2
+        ),
         "reset_shift": stack([shift for _, shift in hybrid.resets], len(hybrid.resets), size),
     }
     parts = paced_parts(m)
@@ -195,18 +197,18 @@ def stacks_of(
 def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, Any]:
     c, n, size = mode.coordinates, hybrid.mechanism.degrees, hybrid.size
     contacts, lines = len(mode.guards), len(hybrid.omegas)
-    rows, gains, lower, upper, side = _columns(mode.guards, 5)
+    guards = mode.guards
     square, row = (size, size), (size,)
     shapes = {"b": square, "constant": row, "norm": square, "growth": (1,)} if hybrid.dense else {}
     flow = {k: stack(x, *shapes.get(k, (size // 2,))) for k, x in c.flow.items() if k != "step"}
     return {
         "code": mode.code,
         "flow": flow,
-        "rows": stack(rows, contacts, size),
-        "gains": stack(gains, contacts),
-        "lower": stack(lower, contacts),
-        "upper": stack(upper, contacts),
-        "side": list(side),
+        "rows": stack([guard.row for guard in guards], contacts, size),
+        "gains": stack([guard.gain for guard in guards], contacts),
+        "lower": stack([guard.lower for guard in guards], contacts),
+        "upper": stack([guard.upper for guard in guards], contacts),
+        "side": [guard.side for guard in guards],
         "to_x": stack(c.to_x, n, size),
         "to_v": stack(c.to_v, n, size),
         "offset": stack(c.offset, n),
@@ -219,25 +221,19 @@ def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, 
 
 def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
     """What modes with elements have besides: their step, a shift, watches, rows for observers."""
-    rows, gains, lower, upper, element, held, reset = _columns(mode.watches, 8)[:7]
-    count, elements = len(mode.watches), len(mode.elements)
+    watches, count, elements = mode.watches, len(mode.watches), len(mode.work)
     return {
         "mode_step": stack(cast(list[float], mode.coordinates.flow["step"]), 1),
         "map_shift": stack(mode.coordinates.shift, size),
-        "watch_rows": stack(rows, count, size),
-        "watch_gains": stack(gains, count),
-        "watch_lower": stack(lower, count),
-        "watch_upper": stack(upper, count),
-        "watch_element": list(element),
-        "watch_held": [int(one) for one in held],
-        "watch_reset": list(reset),
-        "element_rows": stack(chain.from_iterable(mode.elements), 2 * elements, size + 1),
+        "watch_rows": stack([watch.row for watch in watches], count, size),
+        "watch_gains": stack([watch.gain for watch in watches], count),
+        "watch_lower": stack([watch.lower for watch in watches], count),
+        "watch_upper": stack([watch.upper for watch in watches], count),
+        "watch_element": [watch.element for watch in watches],
+        "watch_held": [int(watch.held) for watch in watches],
+        "watch_reset": [watch.reset for watch in watches],
+        "element_rows": stack(chain.from_iterable(mode.work), 2 * elements, size + 1),
     }
-
-
-def _columns(rows: Sequence[tuple[Any, ...]], count: int) -> list[tuple[Any, ...]]:
-    """Columns of a table that may have no rows."""
-    return [tuple(row[i] for row in rows) for i in range(count)]
 
 
 class _Stacker:

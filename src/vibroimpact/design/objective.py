@@ -38,7 +38,6 @@ from vibroimpact._core.types import Floats
 from vibroimpact.design.population import NUMBER, Population
 from vibroimpact.measures.linear import free_motion
 from vibroimpact.measures.measure import Measure, measure_of
-from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.parameters import parameter_value, with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -382,7 +381,7 @@ class Judge:
         does not settle. A machine without stops is judged as it was given.
         """
         given = np.array([parameter_value(self.system, name) for name in self.names])
-        if not any(isinstance(part, STOP_KINDS) for part in mechanism_of(self.system).numbered):
+        if not any(e.is_stop for e in mechanism_of(self.system).elements):
             return float(self.values(given[None])[0])
         values = self.opened(BESIDE)
         if self.objective.kind == "mean" or not np.isfinite(values).all():

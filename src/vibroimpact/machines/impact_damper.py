@@ -21,8 +21,9 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.units import of_quantity
+from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 
@@ -164,8 +165,8 @@ class ImpactDamper(Machine):
             damping=[[2.0 * self.zeta * w * m, 0.0], [0.0, 0.0]],
             stiffness=[[w * w * m, 0.0], [0.0, 0.0]],
             forces=(Harmonic(self.omega, (self.force, 0.0)),),
-            contacts=(
-                Contact((-1.0, 1.0), -self.half_clearance, self.half_clearance, self.restitution),
+            elements=(
+                RigidStop((-1.0, 1.0), -self.half_clearance, self.half_clearance, self.restitution),
             ),
         )
 

@@ -27,8 +27,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.units import of_quantity
+from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import FRICTIONLESS, Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
 
@@ -184,13 +185,13 @@ class ImpactOscillator(Machine):
     def mechanism(self) -> Mechanism:
         """The oscillator as a mass, a spring, a dashpot and a contact."""
         m, w = self.mass, self.omega_n
-        stops = Contact((1.0,), -self._below, self.clearance, self.restitution)
+        stops = RigidStop((1.0,), -self._below, self.clearance, self.restitution)
         return Mechanism(
             mass=[[m]],
             damping=[[2.0 * self.zeta * w * m]],
             stiffness=[[w * w * m]],
             forces=(Harmonic(self.omega, (0.0,), (self.force,)),),
-            contacts=(stops,),
+            elements=(stops,),
         )
 
     def free_start(self) -> State:

@@ -14,10 +14,10 @@ from vibroimpact._core.checks import names_arguments, path_of, shown, unknown_ke
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
-from vibroimpact.model.elements import NormalLoad
+from vibroimpact.model.elements.table import KINDS
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.hybrid_system import HybridSystem, LinearGuard, LinearMode, Transition
-from vibroimpact.model.mechanism import KINDS, Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
 MECHANISM, PHYSICAL, HYBRID = "mechanism", "physical", "hybrid"
@@ -59,8 +59,8 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
         The file. One table gives the system: that of a machine, such as ``[impact-damper]`` with
         the parameters of :class:`~vibroimpact.ImpactDamper`; ``[impact-damper.physical]`` with
         those of ``from_physical``; or ``[mechanism]`` with those of
-        :class:`~vibroimpact.Mechanism`, and ``[[mechanism.forces]]``,
-        ``[[mechanism.contacts]]`` and ``[[mechanism.elements]]``, each element with its ``kind``,
+        :class:`~vibroimpact.Mechanism`, and ``[[mechanism.forces]]`` and
+        ``[[mechanism.elements]]``, each element with its ``kind``,
         "rigid_stop", "soft_stop", "friction" or "phase_switch"; motions of stops and belts are
         tables with the parameters of :class:`~vibroimpact.Harmonic`, or lists of such tables, and so
         is ``base_motion``, with which and ``base_direction`` the mechanism is put on a moving base;
@@ -152,36 +152,28 @@ def _hybrid(path: Any, table: Any) -> HybridSystem:
     return system
 
 
-def _contact(path: Any, where: str, table: Any) -> Any:
-    return _built(path, where, Contact, _moved(path, where, table))
-
-
 def _element(path: Any, where: str, table: Any) -> Any:
     kinds = ", ".join(f'"{kind}"' for kind in KINDS)
     if not isinstance(table, dict) or table.get("kind") not in KINDS:
         kind = f"kind = {shown(table['kind'])}" if "kind" in table else "kind: missing"
         raise InvalidParameterError(f"config = {path}: {where}: {kind}; must be one of {kinds}.")
     rest = {name: value for name, value in table.items() if name != "kind"}
-    return _built(path, where, KINDS[table["kind"]], _moved(path, where, rest))
+    return _nested(path, where, KINDS[table["kind"]], rest)
 
 
-def _moved(path: Any, where: str, table: Any) -> Any:
-    """The table of an element with its motions built."""
-    if not isinstance(table, dict):
-        return table
-    made = dict(table)
-    if "motion" in made:
-        made["motion"] = _lines(path, f"{where}: motion", made["motion"])
-    if "load" in made:
-        load = _moved(path, f"{where}: load", made["load"])
-        made["load"] = _built(path, f"{where}: load", NormalLoad, load)
-    return made
-
-
-def _lines(path: Any, where: str, given: Any) -> tuple[Harmonic, ...]:
-    """The lines of a motion, of which a file gives one or a list."""
-    tables = given if isinstance(given, list) else [given]
-    return tuple(_built(path, where, Harmonic, table) for table in tables)
+def _nested(path: Any, where: str, make: Any, given: Any) -> Any:
+    """A record, or several where a list is given, with the records among its fields."""
+    if isinstance(given, list):
+        return tuple(_nested(path, where, make, one) for one in given)
+    records = getattr(make, "records", {})
+    if isinstance(given, dict):
+        given = {
+            name: _nested(path, f"{where}: {name}", records[name], value)
+            if name in records
+            else value
+            for name, value in given.items()
+        }
+    return _built(path, where, make, given)
 
 
 def _force(path: Any, where: str, table: Any) -> Any:
@@ -190,7 +182,7 @@ def _force(path: Any, where: str, table: Any) -> Any:
 
 _BASE = {"base_motion": "motion", "base_direction": "direction"}
 _PARTS: Mapping[str, Callable[[Any, str, Any], Any]] = {
-    "forces": _force, "contacts": _contact, "elements": _element
+    "forces": _force, "elements": _element
 }  # fmt: skip
 
 
@@ -204,13 +196,13 @@ def _mechanism(path: Any, table: Any) -> Mechanism:
     if not base:
         return still
     if "motion" in base:
-        base["motion"] = _lines(path, f"{where}: base_motion", base["motion"])
+        base["motion"] = _nested(path, f"{where}: base_motion", Harmonic, base["motion"])
     moved: Mechanism = _built(path, f"{where}: base_motion", still.on_moving_base, base)
     return moved
 
 
 def _parts(path: Any, table: Any) -> Any:
-    """The table of a mechanism with its forces, contacts and elements built."""
+    """The table of a mechanism with its forces and elements built."""
     if not isinstance(table, dict):
         return table
     return table | {key: _several(path, key, table[key]) for key in _PARTS if key in table}

@@ -21,7 +21,6 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.flights import Dual, Flights, Signal
-from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.simulation.simulate import Run
 
@@ -96,10 +95,10 @@ def energies_of(
         for i, j in np.argwhere(damping)
     )
     taken = _impact_losses(run, m)
-    for number, part in enumerate(rows.mechanism.numbered):
-        if not isinstance(part, PhaseSwitch):
+    for number, e in enumerate(rows.mechanism.elements):
+        if e.row:
             force = flights.signal(partial(rows.force, part=number))
-            taken[number] -= work(force, np.array(part.row))
+            taken[number] -= work(force, np.array(e.row))
     first = np.array(run.start.position)[:n], np.array(run.start.velocity)[:n]
     last = (run.position[-1, :n], run.velocity_after[-1, :n]) if len(run) else first
     return Energies(
@@ -126,7 +125,7 @@ def _impact_losses(run: Run, m: Mechanism) -> list[float]:
     n, mass = m.degrees, np.array(m.mass)
     before, after = run.velocity_before[:, :n], run.velocity_after[:, :n]
     lost = np.einsum("ki,ij,kj->k", before - after, mass, before + after) / 2.0
-    found = np.zeros(len(m.numbered))
+    found = np.zeros(len(m.elements))
     met = run.contact >= 0
     np.add.at(found, run.contact[met], lost[met])
     return [float(x) for x in found]

@@ -123,16 +123,11 @@ class Rows:
 
     def work_speed(self, code: int, element: int) -> Dual:
         """Speed at which an element's force works on the motion."""
-        return dual(self._mode(code).elements[element][1])
+        return dual(self._mode(code).work[element].speed)
 
-    def gap(self, code: int, part: int) -> Dual:
-        """Row . x, relative to the stop, of an open contact or a soft stop."""
-        mode, element = self._mode(code), part - len(self.mechanism.contacts)
-        if element < 0:
-            row, gain = mode.guards[part][:2]
-        else:  # the gap is the first watch of a soft stop in each of its states
-            row, gain = next(watch[:2] for watch in mode.watches if watch[4] == element)
-        return dual([*row, gain])
+    def gap(self, _: int, part: int) -> Dual:
+        """Row . x, relative to the stop, in every mode."""
+        return dual(self.pieces.gap_row(part))
 
     def gap_rate(self, code: int, part: int) -> Dual:
         """Its rate."""
@@ -162,10 +157,11 @@ class Rows:
 
         A soft stop, which is met without an impulse, has zeros.
         """
-        if contact >= len(self.mechanism.contacts):
+        if contact >= len(self.mechanism.rigid_stops):
             return jet(0.0), jet(0.0)
-        _, mobility, _, *restitutions = self.pieces.laws()[contact]
-        r, m = restitutions[side > 0], mobility[contact]
+        law = self.pieces.laws()[contact]
+        r = law.restitution_upper if side > 0 else law.restitution_lower
+        m = law.mobilities[contact]
         return jet((1.0 + r) / m), jet((1.0 - r * r) / (2.0 * m))
 
 

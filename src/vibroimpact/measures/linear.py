@@ -14,15 +14,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.measures.flights import Flights, Struck, derivative, dual, jet, rows_of
-from vibroimpact.model.elements import SoftStop
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, accelerations, with_mass
+from vibroimpact.model.mechanism import Mechanism, accelerations, with_mass
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
@@ -87,11 +86,11 @@ class FreeMotion:
         """What is left of the gap at every stop, soft ones included; negative beyond it."""
         flights = self.flights()
         found = []
-        for number, part in enumerate(self.mechanism.numbered):
-            if isinstance(part, STOP_KINDS):
+        for number, part in enumerate(self.mechanism.elements):
+            if part.is_stop:
                 low, high = flights.signal(partial(flights.rows.gap, part=number)).extremes()
-                found.append(Reach(Stop(number, 1), part.upper - high.value))
-                found.append(Reach(Stop(number, -1), low.value - part.lower))
+                found.append(Reach(Stop(number, 1), part.limit_at(1) - high.value))
+                found.append(Reach(Stop(number, -1), low.value - part.limit_at(-1)))
         return [reach for reach in found if math.isfinite(reach.gap)]
 
     @property
@@ -179,7 +178,7 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
     if m.sliders:
         at = next(iter(m.sliders.values()))
         return f"friction alone gives the motion of coordinate {at}, which has no mass"
-    if not opened and not all(isinstance(element, SoftStop) for element in m.elements):
+    if not opened and not all(e.is_stop for e in m.elements):
         return "friction or a phase switch acts all the time"
     if not forcing_repeats(m, least_cycles(m)):
         return "the forcing frequencies have no common period"
@@ -202,8 +201,7 @@ def _centred(motion: FreeMotion, free: Floats) -> Floats:
     from scipy.optimize import linprog
 
     m, reaches = motion.mechanism, motion.reaches
-    parts: Any = m.numbered
-    rows = [np.array(parts[reach.stop.contact].row) for reach in reaches]
+    rows = [np.array(m.elements[reach.stop.contact].row) for reach in reaches]
     across = np.array(
         [reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)]
     )
@@ -211,7 +209,7 @@ def _centred(motion: FreeMotion, free: Floats) -> Floats:
     if not gaps.size or not across.any():
         return np.zeros(m.degrees)
     k = len(free)
-    limits = [abs(reach.stop.limit(m.numbered)) for reach in reaches]
+    limits = [abs(reach.stop.limit(m.elements)) for reach in reaches]
     least = across[gaps <= gaps.min() + ZERO * max(*limits, np.abs(gaps).max())]
     if k == 1 and least.min() < 0.0 < least.max():  # it is in the middle
         return np.zeros(m.degrees)

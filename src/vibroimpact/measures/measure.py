@@ -25,7 +25,6 @@ from vibroimpact._kernel import Jet
 from vibroimpact.machines.json_text import system_of
 from vibroimpact.measures.flights import Dual, Flights, Rows, Signal, derivative, dual, jet, rows_of
 from vibroimpact.measures.motions import Motion, flights_of, flights_of_run
-from vibroimpact.model.elements import PhaseSwitch
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
@@ -522,12 +521,12 @@ def _check_part(part: Any, m: Mechanism) -> None:
     """Refuse what is not the number of a stop or friction."""
     if part is None:
         return
-    count = len(m.numbered)
+    count = len(m.elements)
     if not isinstance(part, int | np.integer) or isinstance(part, bool):
         raise refusal("part", part, "the number of a contact or element")
     if not 0 <= part < count:
         raise refusal("part", part, f"0 to {count - 1}", "Contacts come first.")
-    if isinstance(m.numbered[part], PhaseSwitch):
+    if not m.elements[part].row:
         raise refusal("part", part, "a stop or friction", "A phase switch has no row.")
 
 
@@ -568,11 +567,11 @@ class DissipatedPower(Measure):
         return self._observers(self._bound)
 
     def _observers(self, m: Mechanism) -> tuple[Observer, ...]:
-        contacts = len(m.contacts)
+        contacts = len(m.rigid_stops)
         if isinstance(self.part, str):
             return (Final(),)
         if self.part is None:
-            return (*((Power(),) if contacts else ()), *((Dissipation(),) if m.elements else ()))
+            return (*((Power(),) if contacts else ()), *((Dissipation(),) if m.switching else ()))
         if self.part >= contacts:
             return (Dissipation(),)
         return (Power(),) if contacts == 1 else (Final(),)
@@ -586,16 +585,16 @@ class DissipatedPower(Measure):
         if Dissipation in kinds:
             work = members["work_on_element"]
             if isinstance(self.part, int):
-                work = work.isel({ELEMENT: [self.part - len(m.contacts)]})
+                work = work.isel({ELEMENT: [self.part - len(m.rigid_stops)]})
             parts.append(work.sum(ELEMENT, skipna=False))
         return sum(parts[1:], parts[0])
 
     def _of(self, flights: Flights) -> Jet:
         if isinstance(self.part, str):
             return _of_dashpots(flights)
-        contacts = len(flights.rows.mechanism.contacts)
+        contacts = len(flights.rows.mechanism.rigid_stops)
         lost = sum((loss for _, loss in _impacts_at(flights, self.part)), jet(0.0)) / flights.period
-        for element in range(len(flights.rows.mechanism.elements)):
+        for element in range(len(flights.rows.mechanism.switching)):
             if self.part in (None, contacts + element):
                 lost = lost + _of_element(flights, element)
         return lost
@@ -610,7 +609,7 @@ def _impacts_at(flights: Flights, part: int | None) -> Iterator[tuple[Jet, Jet]]
 
 
 def _of_element(flights: Flights, element: int) -> Jet:
-    rows, part = flights.rows, len(flights.rows.mechanism.contacts) + element
+    rows, part = flights.rows, len(flights.rows.mechanism.rigid_stops) + element
     force = flights.signal(partial(rows.force, part=part))
     speed = flights.signal(partial(rows.work_speed, element=element))
     return -force.mean_product(speed)
@@ -664,10 +663,10 @@ class ContactForce(_OfPart):
     def _number(self, m: Mechanism) -> int:
         if self.part is not None:
             return int(self.part)
-        with_force = [i for i, one in enumerate(m.numbered) if not isinstance(one, PhaseSwitch)]
+        with_force = [i for i, one in enumerate(m.elements) if one.row]
         if len(with_force) != 1:
             raise InvalidParameterError(
-                f"part = None: there are {len(m.numbered)} contacts and elements. Give its number."
+                f"part = None: there are {len(m.elements)} contacts and elements. Give its number."
             )
         return with_force[0]
 
@@ -707,10 +706,10 @@ class Impulse(_OfPart):
 
     def _check(self, m: Mechanism) -> None:
         super()._check(m)
-        if not m.contacts or (self.part is not None and self.part >= len(m.contacts)):
+        if not m.rigid_stops or (self.part is not None and self.part >= len(m.rigid_stops)):
             raise InvalidParameterError(
                 f"part = {self.part}: impulses are those of rigid stops, and contacts are 0 to "
-                f"{len(m.contacts) - 1}. Of a soft stop or friction take ContactForce."
+                f"{len(m.rigid_stops) - 1}. Of a soft stop or friction take ContactForce."
             )
 
     @property
@@ -732,7 +731,9 @@ class Impulse(_OfPart):
 
 def _alike(m: Mechanism) -> bool:
     """Whether every impact is at one contact with one restitution."""
-    return len(m.contacts) == 1 and not m.elements and len({*m.contacts[0].restitutions}) == 1
+    return (
+        len(m.rigid_stops) == 1 and not m.switching and len({*m.rigid_stops[0].restitutions}) == 1
+    )
 
 
 def _impulse_per_speed(system: System) -> float:

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vibroimpact._core.scalars import ROUNDING
-from vibroimpact.model.elements import Element, Friction
+from vibroimpact.model.elements.element import Element
+from vibroimpact.model.elements.friction import FrictionState
 
 Factors = dict[int, float]  # c_i by the number of the element
 
@@ -26,10 +26,10 @@ def friction_lines(elements: Sequence[Element], apart: Sequence[int]) -> dict[in
     """
     lines: dict[int, Factors] = {}
     for number, e in enumerate(elements):
-        if not isinstance(e, Friction) or e.load is not None or number in apart:
+        if number in apart:
             continue
         for first, factors in lines.items():
-            if (factor := _factor(elements[first], e)) is not None:
+            if (factor := e.multiple_of(elements[first])) is not None:
                 factors[number] = factor
                 break
         else:
@@ -37,25 +37,8 @@ def friction_lines(elements: Sequence[Element], apart: Sequence[int]) -> dict[in
     return {first: factors for first, factors in lines.items() if len(factors) > 1}
 
 
-def _factor(first: Element, e: Friction) -> float | None:
-    """The factor of (1) between two frictions, or None where their lines or belts differ."""
-    assert isinstance(first, Friction)
-    at = next(i for i, x in enumerate(first.row) if x)
-    factor = e.row[at] / first.row[at]
-    if not factor:
-        return None
-    here, there = _belt(first), _belt(e)
-    pairs = [*zip(first.row, e.row, strict=True), (first.belt_speed, e.belt_speed)]
-    for omega in {**here, **there}:
-        pairs += zip(here.get(omega, (0.0, 0.0)), there.get(omega, (0.0, 0.0)), strict=True)
-    alike = all(abs(y - factor * x) <= ROUNDING * (abs(y) + abs(factor * x)) for x, y in pairs)
-    return factor if alike else None
-
-
-def _belt(e: Friction) -> dict[float, tuple[float, float]]:
-    """Sine and cosine of the motion of a belt, by frequency."""
-    out: dict[float, tuple[float, float]] = {}
-    for line in e.motion:
-        sine, cosine = out.get(line.omega, (0.0, 0.0))
-        out[line.omega] = sine + line.sine[0], cosine + line.cosine[0]
-    return out
+def along_line(state: int, factor: float) -> int:
+    """State of a friction on the line of another, by the state of that and the factor of their rows."""
+    if state == FrictionState.STICK or factor > 0.0:
+        return state
+    return FrictionState.BACKWARD if state == FrictionState.FORWARD else FrictionState.FORWARD

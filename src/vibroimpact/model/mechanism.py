@@ -4,16 +4,14 @@ A mechanism is
 
     M x'' + C x' + K x = f0 + sum over lines of (sine sin(omega t) + cosine cos(omega t))
 
-with contacts ``lower <= row . x <= upper``, each an impact pair with its own restitution
+with elements: rigid stops ``lower <= row . x <= upper``, each with its own restitution, soft stops, friction
 (theory.md, "Model"). :mod:`vibroimpact.compile.hybrid` compiles it for the kernel.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
-from enum import IntEnum
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -22,12 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact._core import linear
 from vibroimpact._core.checks import (
     check_choice,
-    check_flag,
-    fraction,
     names_arguments,
-    nonnegative,
     numbers,
-    real_or_infinite,
     refusal,
     vector,
 )
@@ -43,107 +37,14 @@ from vibroimpact._kernel import (
     MAX_LINES,
 )
 from vibroimpact.model.dashpots import linked, loose_groups
-from vibroimpact.model.elements import (
-    NUMBER_OR_NONE,
-    Element,
-    Friction,
-    FrictionState,
-    PhaseSwitch,
-    PhaseSwitchState,
-    RigidStopState,
-    SoftStop,
-    SoftStopState,
-    nonzero_row,
-    pair_of,
-)
+from vibroimpact.model.elements.element import Element
+from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
+from vibroimpact.model.elements.table import KINDS
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 ImpactLaw = Literal["moreau", "sequential"]
 MANY = 1_000_000  # the count is checked elsewhere
 MOST_ELEMENTS = 8
-MOVES = "A stop that moves has motion: a Harmonic with one amplitude, or several."
-APART = "Give motion, that of both stops; stops that move differently are two."
-FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static)."
-RIGID = "A rigid stop has a coefficient of restitution. A spring or dashpot is a SoftStop."
-
-
-def infinite(value: Any) -> bool:
-    """Whether a limit is infinite: there is no stop."""
-    return is_infinite(value)
-
-
-@names_arguments(
-    friction=FRICTIONLESS, mu=FRICTIONLESS, stiffness=RIGID, damping=RIGID, velocity=MOVES,
-    amplitude=MOVES, omega=MOVES, upper_motion=APART, lower_motion=APART,
-)  # fmt: skip
-@dataclass(frozen=True, slots=True)
-class Contact:
-    """A two-sided or one-sided clearance: ``lower <= row . x <= upper``.
-
-    Parameters
-    ----------
-    row
-        Contact coordinate u = row . x, shape (n,), not all zero.
-    lower, upper
-        Stops; at least one finite, lower < upper.
-    restitution
-        Coefficient of restitution in [0, 1], or a pair (at lower, at upper).
-    motion
-        Displacement of both stops from their places over time: a :class:`Harmonic` with one
-        amplitude, or several, which add up. Impacts are relative to the stop. Stops that move
-        differently are two.
-    active
-        Allow restitution above 1: a stop that kicks, as a pinball bumper does.
-    """
-
-    row: tuple[float, ...]
-    lower: float = -math.inf
-    upper: float = math.inf
-    restitution: float | tuple[float, float] = 1.0
-    motion: tuple[Harmonic, ...] = ()
-    active: bool = False
-
-    def __post_init__(self) -> None:
-        check_flag("active", self.active)
-        object.__setattr__(self, "row", nonzero_row(self.row, "a contact"))
-        for name in ("lower", "upper"):
-            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
-            object.__setattr__(self, name, value)
-        if not self.lower < self.upper or (infinite(self.lower) and infinite(self.upper)):
-            raise InvalidParameterError(
-                f"lower = {self.lower}, upper = {self.upper}: need lower < upper, one finite. "
-                "For two stops without a gap between them fix the coordinate instead."
-            )
-        check = nonnegative if self.active else fraction
-        object.__setattr__(self, "restitution", pair_of("restitution", self.restitution, check))
-        object.__setattr__(self, "motion", as_lines("motion", self.motion))
-
-    @property
-    def lines(self) -> tuple[Harmonic, ...]:
-        """All lines whose phases it needs."""
-        return self.motion
-
-    @property
-    def restitutions(self) -> tuple[float, float]:
-        """Restitution at the lower and at the upper stop."""
-        r = self.restitution
-        return r if isinstance(r, tuple) else (r, r)
-
-
-RigidStop = Contact  # among elements
-STOP_KINDS = (Contact, SoftStop)  # what has a place, and is met
-KINDS: dict[str, type] = {  # in files; labels have blanks
-    "soft_stop": SoftStop,
-    "friction": Friction,
-    "phase_switch": PhaseSwitch,
-    "rigid_stop": Contact,
-}
-STATES: dict[type, type[IntEnum]] = {
-    SoftStop: SoftStopState,
-    Friction: FrictionState,
-    PhaseSwitch: PhaseSwitchState,
-    Contact: RigidStopState,
-}
 
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
@@ -181,12 +82,10 @@ class Mechanism:
         are first-order states, held by dashpots, or sliders, each held by friction.
     forces
         Harmonic lines, at most 12, those of moving stops and belts included.
-    contacts
-        Rigid stops, at most 16.
     elements
-        Soft stops, friction, phase switches, at most 8; with contacts 16 together, at least one, and
-        3^contacts 7^elements below 2^31. Rigid stops given here are added to ``contacts``. Numbers of
-        elements in results follow those of the contacts.
+        Rigid stops, soft stops, friction, phase switches, 1 to 16; at most 8 of them no rigid stops, and
+        3^(rigid stops) 7^(others) below 2^31. They are put in order, rigid stops first; their numbers in
+        results and in paths of parameters are those in this order.
     constant_force
         f0, shape (n,): gravity, preload.
     impact_law
@@ -203,10 +102,8 @@ class Mechanism:
     mass: linear.Matrix
     damping: linear.Matrix
     stiffness: linear.Matrix
-    contacts: tuple[Contact, ...] = ()
     forces: tuple[Harmonic, ...] = ()
     constant_force: tuple[float, ...] = ()
-    contact_names: tuple[str, ...] = field(default=())
     elements: tuple[Element, ...] = ()
     impact_law: ImpactLaw = "moreau"
 
@@ -237,11 +134,6 @@ class Mechanism:
         object.__setattr__(self, "constant_force", vector("constant_force", constant, n))
         self._set_elements()
         self._set_lines()
-        contacts = self.contacts
-        names = _several("contact_names", self.contact_names, str, 0, len(contacts))
-        object.__setattr__(self, "contact_names", names)
-        for i, contact in enumerate(self.contacts):
-            vector(f"contacts[{i}].row", contact.row, n)
         for i, element in enumerate(self.elements):
             element.check_size(n, f"elements[{i}]")
         self._check_massless()
@@ -255,11 +147,11 @@ class Mechanism:
 
     @property
     def sliders(self) -> dict[int, int]:
-        """Friction on a coordinate without mass: that coordinate, by number of the element."""
+        """Friction on a coordinate without mass: that coordinate, by the number among those that switch."""
         return {
             number: i
-            for number, e in enumerate(self.elements)
-            if isinstance(e, Friction)
+            for number, e in enumerate(self.switching)
+            if e.holding is not None
             for i in self.massless
             if e.row[i]
         }
@@ -271,32 +163,18 @@ class Mechanism:
             return
         self._check_sliders()
         self._check_dashpots()
-        if any(contact.row[i] for contact in self.contacts for i in light):
-            raise InvalidParameterError(
-                f"contacts: a rigid stop on coordinate {light[0]}, which has no mass, would need an "
-                "infinite acceleration. Give it a mass, or take a SoftStop."
-            )
-        switches = [e for e in self.elements if isinstance(e, PhaseSwitch)]
-        if any(impulse[i] for e in switches for impulse in e.impulses for i in light):
-            raise InvalidParameterError(
-                f"impulses: one acts on coordinate {light[0]}, which has no mass. Give it a mass."
-            )
+        for i, e in enumerate(self.elements):
+            e.check_massless(light, f"elements[{i}]")
 
     def _check_sliders(self) -> None:
         """Refuse friction on coordinates without mass whose forces or speeds are not determined."""
         light, sliders = self.massless, self.sliders
         for number, at in sliders.items():
-            e, name = self.elements[number], f"elements[{number}]"
-            assert isinstance(e, Friction)
+            e, name = self.switching[number], f"elements[{len(self.rigid_stops) + number}]"
             if sum(1 for i in light if e.row[i]) > 1 or [*sliders.values()].count(at) > 1:
                 raise InvalidParameterError(
                     f"{name}: of coordinates without mass each slider holds one of its own. Give the "
                     f"others than {at} a mass, or one friction for each."
-                )
-            if e.load is not None or e.static != e.kinetic:
-                raise InvalidParameterError(
-                    f"{name}: friction on coordinate {at}, which has no mass, has one constant level, "
-                    "as its force could not jump. Leave out static and load, or give it a mass."
                 )
 
     def _check_dashpots(self) -> None:
@@ -323,28 +201,23 @@ class Mechanism:
                 )
 
     def _set_elements(self) -> None:
-        """Rigid stops become contacts."""
-        contacts = _several("contacts", self.contacts, Contact, 0, MAX_CONTACTS)
-        kinds = Contact, SoftStop, Friction, PhaseSwitch
-        elements = _several("elements", self.elements, kinds, 0, MANY)
-        rigid = (*contacts, *(e for e in elements if isinstance(e, Contact)))
-        others = tuple(e for e in elements if not isinstance(e, Contact))
-        many = 3 ** len(rigid) * 7 ** len(others) >= 2**31 or len(others) > MOST_ELEMENTS
-        if many or not 1 <= len(rigid) + len(others) <= MAX_CONTACTS:
+        """Put rigid stops first."""
+        given = _several("elements", self.elements, tuple(KINDS.values()), 0, MANY)
+        object.__setattr__(self, "elements", tuple(sorted(given, key=lambda e: not e.rigid)))
+        rigid, others = len(self.rigid_stops), len(self.switching)
+        many = 3**rigid * 7**others >= 2**31 or others > MOST_ELEMENTS
+        if many or not 1 <= rigid + others <= MAX_CONTACTS:
             raise InvalidParameterError(
-                f"contacts and elements: {len(rigid) + len(others)} are given; must be 1 to "
-                f"{MAX_CONTACTS} together, at most {MOST_ELEMENTS} of them no rigid stops, and with "
-                "3^(rigid stops) 7^(others) below 2^31. Stops on both sides of one coordinate are one, "
-                "with lower and upper."
+                f"elements: {rigid + others} are given; must be 1 to {MAX_CONTACTS}, at most "
+                f"{MOST_ELEMENTS} of them no rigid stops, and with 3^(rigid stops) 7^(others) below 2^31. "
+                "Stops on both sides of one coordinate are one, with lower and upper."
             )
-        object.__setattr__(self, "contacts", rigid)
-        object.__setattr__(self, "elements", others)
 
     def _set_lines(self) -> None:
         """Every frequency of a motion is a forcing line, without force where none has it."""
         forces = list(_several("forces", self.forces, Harmonic, 0, MAX_LINES))
         nothing = (0.0,) * self.degrees
-        for element in self.numbered:
+        for element in self.elements:
             for line in element.lines:
                 if not any(line.omega is f.omega or line.omega == f.omega for f in forces):
                     forces.append(Harmonic(line.omega, nothing))
@@ -359,7 +232,7 @@ class Mechanism:
         """Hash the numbers: the rows of the matrices are lists, which have no hash."""
         matrices = (self.mass, self.damping, self.stiffness)
         rows = tuple(tuple(map(tuple, matrix)) for matrix in matrices)
-        parts = self.contacts, self.forces, self.constant_force, self.elements
+        parts = self.forces, self.constant_force, self.elements
         return hash((rows, parts, self.impact_law))
 
     def on_moving_base(
@@ -404,9 +277,14 @@ class Mechanism:
         return replace(self, forces=tuple(forces))
 
     @property
-    def numbered(self) -> tuple[Contact | Element, ...]:
-        """Contacts, then elements, as results number them."""
-        return (*self.contacts, *self.elements)
+    def rigid_stops(self) -> tuple[RigidStop, ...]:
+        """The elements that are met with an impact: the first ones."""
+        return tuple(e for e in self.elements if isinstance(e, RigidStop))
+
+    @property
+    def switching(self) -> tuple[Element, ...]:
+        """The other elements, which switch between states with a force each."""
+        return tuple(e for e in self.elements if not e.rigid)
 
     @property
     def degrees(self) -> int:
@@ -441,35 +319,25 @@ def check_all_have_mass(m: Mechanism) -> None:
 
 def needs_elements(m: Mechanism) -> bool:
     """Whether a mechanism is more than a few rigid stops that stand still, and symmetric matrices."""
-    moving = any(contact.motion for contact in m.contacts)
+    moving = any(stop.motion for stop in m.rigid_stops)
     even = symmetric(m.damping) and symmetric(m.stiffness)
-    sizes = m.degrees, len(m.contacts), len(m.forces)
+    sizes = m.degrees, len(m.rigid_stops), len(m.forces)
     large = any(
         size > most
         for size, most in zip(sizes, (BLOCK_DEGREES, BLOCK_CONTACTS, BLOCK_LINES), strict=True)
     )
-    return bool(m.elements) or moving or large or bool(m.massless) or not even
-
-
-def kinds_of_states(m: Mechanism) -> list[type[IntEnum]]:
-    """States that every contact and element may have, in the numbering of events."""
-    return [STATES[type(part)] for part in m.numbered]
-
-
-def kind_of(part: Contact | Element) -> str:
-    """Kind of a contact or an element by its name in files, as in "soft_stop"."""
-    return next(name for name, kind in KINDS.items() if isinstance(part, kind))
+    return bool(m.switching) or moving or large or bool(m.massless) or not even
 
 
 def element_labels(m: Mechanism) -> list[str]:
-    """Name of every contact and element with its number, as in "soft stop 1"."""
-    return [f"{kind_of(part).replace('_', ' ')} {i}" for i, part in enumerate(m.numbered)]
+    """Name of every element with its number, as in "soft stop 1"."""
+    return [f"{e.kind.replace('_', ' ')} {i}" for i, e in enumerate(m.elements)]
 
 
 def stop_sizes(m: Mechanism) -> list[float]:
     """|limit| of every stop: lengths of the mechanism."""
-    stops = [part for part in m.numbered if isinstance(part, STOP_KINDS)]
-    return [abs(x) for stop in stops for x in (stop.lower, stop.upper) if not infinite(x)]
+    limits = [e.limit_at(side) for e in m.elements for side in (-1, 1)]
+    return [abs(x) for x in limits if not is_infinite(x)]
 
 
 def with_mass(m: Mechanism) -> list[int]:
@@ -499,10 +367,7 @@ def _several(
     counted = isinstance(items, list | tuple) and low <= len(items) <= high
     if counted and all(isinstance(item, kind) for item in items):
         return tuple(items)
-    kinds = " or ".join(
-        "RigidStop" if k is Contact and isinstance(kind, tuple) else k.__name__
-        for k in (kind if isinstance(kind, tuple) else (kind,))
-    )
+    kinds = " or ".join(k.__name__ for k in (kind if isinstance(kind, tuple) else (kind,)))
     where = f"{kinds} in a tuple or list"
     allowed = where if high == MANY else f"{low} to {high} of {where}"
     if not isinstance(items, list | tuple):

@@ -6,12 +6,12 @@ A parameter is
   :class:`~vibroimpact.ImpactDamper`;
 - a keyword of a :class:`Family`, a function that builds a mechanism;
 - a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry, where
-  the matrix is symmetric), ``"contacts[0].upper"``, ``"contacts[0].restitution"``,
-  ``"forces[0].sine[1]"``, ``"constant_force[0]"``, ``"contacts[0].motion[0].sine[0]"``,
-  ``"elements[0].stiffness"``, or ``"omega"``: all frequencies in proportion.
+  the matrix is symmetric), ``"elements[0].upper"``, ``"elements[0].restitution"``,
+  ``"forces[0].sine[1]"``, ``"constant_force[0]"``, ``"elements[0].motion[0].sine[0]"``,
+  ``"elements[1].stiffness"``, or ``"omega"``: all frequencies in proportion.
 
-Numbers in a path are those of ``mechanism.contacts``, with the rigid stops, and of
-``mechanism.elements``, the others. Of a pair, [0] is at the lower and [1] at the upper stop. A
+Numbers in a path are those of ``mechanism.elements``, where rigid stops come first. Of a pair, [0] is
+at the lower and [1] at the upper stop. A
 frequency belongs to a forcing line: forces and motions of stops and belts that have it change
 together. Friction whose static level equals the kinetic one keeps both equal when kinetic varies.
 
@@ -34,7 +34,7 @@ from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
-from vibroimpact.model.elements import Friction, SoftStop
+from vibroimpact.model.elements.element import Element
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.system import System, mechanism_of
@@ -68,7 +68,7 @@ class Family:
     >>> def oscillator(k, A):
     ...     return vi.Mechanism(mass=[[1.0]], damping=[[0.1]], stiffness=[[k]],
     ...                         forces=(vi.Harmonic(1.0, (A,)),),
-    ...                         contacts=(vi.Contact((1.0,), upper=1.0, restitution=0.8),))
+    ...                         elements=(vi.RigidStop((1.0,), upper=1.0, restitution=0.8),))
     >>> vi.Family(oscillator, k=1.0, A=2.0)
     Family(oscillator, k=1.0, A=2.0)
     """
@@ -244,12 +244,15 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
 
 
 def _examples(m: Mechanism) -> str:
-    """Paths of a contact and of an element that there are."""
-    paths = ["contacts[0].upper", "contacts[0].restitution"] if m.contacts else []
-    if m.elements:
-        name = "stiffness" if isinstance(m.elements[0], SoftStop) else "kinetic"
-        paths.append(f"elements[0].{name}")
-    return "".join(f", {path}" for path in paths)
+    """Paths of numbers of the first element."""
+    values = {
+        f.name: getattr(m.elements[0], f.name) for f in dataclasses.fields(cast(Any, m.elements[0]))
+    }
+    return "".join(
+        f", elements[0].{name}"
+        for name, value in values.items()
+        if name in PAIRS or (isinstance(value, float) and math.isfinite(value))
+    )
 
 
 def _field(part: Any, name: str) -> Any:
@@ -273,10 +276,9 @@ def _replaced(here: Any, steps: list[Step], value: Any) -> Any:
     mirrored = first in MATRICES and len(rest) == 2 and rest[0] != rest[1]
     if mirrored and symmetric(before):
         inside = _replaced(inside, rest[::-1], value)
-    changes = {first: inside}
-    if isinstance(here, Friction) and first == "kinetic" and here.static == here.kinetic:
-        changes["static"] = inside
-    return replace(here, **changes)
+    if isinstance(here, Element):
+        return here.changed(first, inside)
+    return replace(here, **{first: inside})
 
 
 def _with_entry(mechanism: Mechanism, path: str, value: Any) -> Mechanism:
@@ -306,22 +308,21 @@ def _at_frequencies(mechanism: Mechanism, omegas: list[Any]) -> Mechanism:
     lines = mechanism.forces
 
     def moved(part: Any) -> Any:
-        """The part with the frequencies of its motions, of its load, or of its own."""
+        """The part with the frequencies of its records, or of its own."""
         changes: dict[str, Any] = {}
         for name in {f.name for f in dataclasses.fields(part)}:
             value = getattr(part, name)
-            if name == "motion":
-                changes[name] = tuple(map(moved, value))
-            elif name == "load" and value:
-                changes[name] = moved(value)
-            elif name == "omega":
+            if name == "omega":
                 changes[name] = omegas[_line_of(lines, value)]
-        return replace(part, **changes) if any(changes.values()) else part
+            elif name in getattr(part, "records", ()) and value:
+                changes[name] = (
+                    tuple(map(moved, value)) if isinstance(value, tuple) else moved(value)
+                )
+        return replace(part, **changes) if changes else part
 
-    contacts = tuple(map(moved, mechanism.contacts))
     elements = tuple(map(moved, mechanism.elements))
     forces = tuple(replace(line, omega=w) for line, w in zip(lines, omegas, strict=True))
     varied = copy(mechanism)  # the rest has been checked
-    for name, parts in (("forces", forces), ("contacts", contacts), ("elements", elements)):
+    for name, parts in (("forces", forces), ("elements", elements)):
         object.__setattr__(varied, name, parts)
     return varied

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
-from vibroimpact.model.elements import Element
-from vibroimpact.model.mechanism import STOP_KINDS, Contact
+from vibroimpact.model.elements.element import Element
+from vibroimpact.model.elements.rigid_stop import RigidStop
 
 StopName = Literal["A", "B"]  # of a given contact: A is the upper stop, B the lower
 
@@ -64,13 +63,10 @@ class Stop(NamedTuple):
         """Description in words, as in "the upper stop of contact 0"."""
         return f"the {'upper' if self.upper else 'lower'} stop of contact {self.contact}"
 
-    def limit(self, contacts: Sequence[Contact | Element]) -> float:
+    def limit(self, elements: Sequence[Element]) -> float:
         """Position of the stop; infinite if there is none."""
-        contact = contacts[self.contact]
-        if isinstance(contact, STOP_KINDS):
-            return contact.upper if self.upper else contact.lower
-        return math.inf
+        return elements[self.contact].limit_at(self.side)
 
-    def restitution(self, contacts: Sequence[Contact]) -> float:
+    def restitution(self, stops: Sequence[RigidStop]) -> float:
         """Its coefficient of restitution."""
-        return contacts[self.contact].restitutions[self.upper]
+        return stops[self.contact].restitutions[self.upper]

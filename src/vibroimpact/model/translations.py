@@ -15,8 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.model.elements import Friction
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, as_array
+from vibroimpact.model.mechanism import Mechanism, as_array
 
 RANK = 2.0**-40
 
@@ -68,10 +67,7 @@ def _roots_of_stiffness(stiffness: Floats) -> Floats:
 
 def _rows(m: Mechanism) -> list[Floats]:
     """Rows of stops and of normal loads, through which positions act."""
-    rows = [part.row for part in m.numbered if isinstance(part, STOP_KINDS)]
-    loads = [part.load for part in m.numbered if isinstance(part, Friction) and part.load]
-    rows += [load.position for load in loads if any(load.position)]
-    return [np.array(row) for row in rows]
+    return [np.array(row) for e in m.elements for row in e.positions]
 
 
 def _measured(basis: Floats) -> Translations:

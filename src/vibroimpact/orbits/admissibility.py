@@ -29,10 +29,10 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
+from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
 from vibroimpact.compile.prescribed import GAP, NODES, End, GuardRow, Linearised, Prescribed
-from vibroimpact.model.mechanism import infinite
 from vibroimpact.model.stop import Stop
 
 # Relative to the largest u' in a window. It moves an extremum of the gap by as much, and its value
@@ -116,7 +116,7 @@ def least_gaps(
         segments = np.flatnonzero(modes == code)
         flights = every if len(compiled.modes) == 1 else every.within(segments)
         for guard in compiled.modes[code].guards:
-            if infinite(guard.lower) and infinite(guard.upper):
+            if is_infinite(guard.lower) and is_infinite(guard.upper):
                 continue  # its gap is constant
             for here in _gaps(compiled, flights, code, guard, segments):
                 least[here.place] = min(here, least.get(here.place, here))
@@ -131,7 +131,7 @@ def amplitudes(
     most = compiled.largest(compiled.sampled(states, durations, modes))
     sizes: dict[tuple[int, int], float] = {}
     for guard in (guard for mode in {*modes} for guard in compiled.modes[mode].guards):
-        limits = [abs(x) for x in (guard.lower, guard.upper, guard.gain) if not infinite(x)]
+        limits = [abs(x) for x in (guard.lower, guard.upper, guard.gain) if not is_infinite(x)]
         key = guard.contact, guard.watch
         size = float(np.max([np.abs(guard.row) @ most, *limits]))
         sizes[key] = max(size, sizes.get(key, 0.0))
@@ -182,9 +182,9 @@ def _gaps(
     u = values_at(place, at, w.place(at, times))
     found = w.segment[at].tolist(), times.tolist(), own.tolist(), u.tolist()
     for k, t, by_impact, value in zip(*found, strict=True):
-        if not infinite(guard.upper):
+        if not is_infinite(guard.upper):
             yield Nearest(guard.upper - value, i, 1, k, t, by_impact, guard.watch)
-        if not infinite(guard.lower):
+        if not is_infinite(guard.lower):
             yield Nearest(value - guard.lower, i, -1, k, t, by_impact, guard.watch)
 
 

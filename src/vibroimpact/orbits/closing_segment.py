@@ -19,7 +19,6 @@ import numpy as np
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import GAP, Prescribed, compile_prescribed
-from vibroimpact.model.elements import Friction, FrictionState
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -152,7 +151,7 @@ def closing_loop(
 def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
     """Mode of every flight of a loop and the guard that ends it; empty without elements."""
     m = mechanism_of(run.system)
-    if not m.elements:
+    if not m.switching:
         return ()
     codes = codes_of(run, events, here)
     if any(rests_in(m, code) for code in codes):
@@ -179,7 +178,7 @@ def codes_of(run: Run, events: Events, here: slice) -> list[int]:
 
 def rests_in(m: Mechanism, code: int) -> bool:
     """Whether a rigid stop is rested on in a mode."""
-    return bool(code % 3 ** len(m.contacts))
+    return bool(code % 3 ** len(m.rigid_stops))
 
 
 def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
@@ -195,7 +194,7 @@ def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
         stop = events.stops[k]
         if rests_in(m, code):
             found.append(None)
-        elif stop.contact < len(m.contacts):
+        elif stop.contact < len(m.rigid_stops):
             found.append(Flight(code))
         else:
             watch = _watch_at(run, compiled, code, stop, int(events.first[k]))
@@ -205,11 +204,11 @@ def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
 
 def always_stuck(m: Mechanism, codes: set[int]) -> str:
     """Sentence about friction that sticks in every mode of a loop; "" where there is none."""
-    states = [states_from_code(code, len(m.contacts), len(m.elements)) for code in codes]
-    for i, (element, taken) in enumerate(zip(m.elements, zip(*states, strict=True), strict=True)):
-        if isinstance(element, Friction) and {*taken} == {FrictionState.STICK}:
+    states = [states_from_code(code, len(m.rigid_stops), len(m.switching)) for code in codes]
+    for i, (element, taken) in enumerate(zip(m.switching, zip(*states, strict=True), strict=True)):
+        if {*taken} == {element.holding}:
             return (
-                f"friction {len(m.contacts) + i} sticks all the time, and its equations do not say "
+                f"friction {len(m.rigid_stops) + i} sticks all the time, and its equations do not say "
                 "where: take it out and join what it holds"
             )
     return ""

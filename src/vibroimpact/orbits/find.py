@@ -21,7 +21,6 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states
 from vibroimpact.compile.prescribed import check_prescribed, compile_prescribed
-from vibroimpact.model.elements import FrictionState
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -343,12 +342,12 @@ def _nothing(
     """Result without an orbit: the requested signature, or else some stop and a whole period."""
     m = mechanism_of(system)
     least = least_cycles(m)
-    sliders = [FrictionState.STICK if i in m.sliders else 0 for i in range(len(m.elements))]
-    at_rest = code_of_states(tuple(sliders), len(m.contacts))
+    taken = tuple((e.holding or 0) if i in m.sliders else 0 for i, e in enumerate(m.switching))
+    at_rest = code_of_states(taken, len(m.rigid_stops))
     ends = compile_prescribed(system, "", (at_rest,)).ends
     contact, side, *flight = max(end for end in ends if end.contact == 0)  # its upper stop
-    flights = (Flight(*flight),) if m.elements else ()
-    impacts = (Stop(contact, side),) if sequence is None or m.elements else sequence
+    flights = (Flight(*flight),) if m.switching else ()
+    impacts = (Stop(contact, side),) if sequence is None or m.switching else sequence
     if not forcing_repeats(m, least):
         raise InvalidParameterError(
             f"forces: {[f.omega for f in m.forces]} have no common period: no motion is periodic."

@@ -108,7 +108,7 @@ def _cutter(run: Run, events: Events) -> Callable[[int, int, int], Loop | None]:
     With elements it gives None where the part has no signature.
     """
     m = mechanism_of(run.system)
-    several = bool(m.elements) and len(events.times) > 1
+    several = bool(m.switching) and len(events.times) > 1
     before_last = slice(0, len(events.times) - 1)
     codes = codes_of(run, events, before_last) if several else []
     flights = flights_of(run, events, before_last) if several else []

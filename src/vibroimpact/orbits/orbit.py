@@ -127,7 +127,7 @@ class Orbit(Result):
         signature = self.signature
         struck = impacting(self.mechanism, signature)
         counts = Counter(itertools.compress(signature.impacts, struck))
-        contacts = range(len(self.mechanism.numbered) if counts else 1)
+        contacts = range(len(self.mechanism.elements) if counts else 1)
         if not counts:
             return f"{signature.cycles}-0-0"
         return symbol_word(
@@ -211,7 +211,7 @@ class Orbit(Result):
         every change of state; with friction that sticks, or a slider that slips, it is zero. Large where
         a multiplier is below the rounding of the others.
         """
-        contacts, turns = self.mechanism.contacts, 2.0 if self.symmetric else 1.0
+        contacts, turns = self.mechanism.rigid_stops, 2.0 if self.symmetric else 1.0
         modes = self.problem.compiled(self.parameter_value).modes
         growth = [modes[mode].growth for mode in self.problem.modes]
         rigid = [stop for stop in self.signature.impacts if stop.contact < len(contacts)]

@@ -28,7 +28,6 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import GAP, End, Linearised, Prescribed, compile_prescribed
-from vibroimpact.model.elements import SoftStop, SoftStopState
 from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.stop import Stop
@@ -134,18 +133,18 @@ class Signature:
 def check_signature(m: Mechanism, signature: Signature) -> None:
     """Refuse a signature that no orbit of the mechanism can have."""
     impacts, cycles = signature.impacts, signature.cycles
-    if bool(m.elements) != bool(signature.flights) or len(signature.flights) not in (
+    if bool(m.switching) != bool(signature.flights) or len(signature.flights) not in (
         0,
         len(impacts),
     ):
         raise InvalidParameterError(
-            f"impacts: of a machine with {len(m.elements)} elements, {len(signature.flights)} flights "
+            f"impacts: of a machine with {len(m.switching)} elements, {len(signature.flights)} flights "
             f"are given for {len(impacts)} impacts; must be one for each, of a machine without "
             "elements none. Give a run, a state or an orbit, which know them."
         )
-    limits = [(c.lower, c.upper) for c in m.contacts]
+    limits = [(c.lower, c.upper) for c in m.rigid_stops]
     for contact, side in impacts:
-        if contact >= len(limits) and m.elements:
+        if contact >= len(limits) and m.switching:
             continue
         if not 0 <= contact < len(limits) or side not in (-1, 1):
             raise InvalidParameterError(
@@ -170,18 +169,17 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
 
 def impacting(m: Mechanism, signature: Signature) -> list[bool]:
     """Which impacts of a signature are impacts: at rigid stops, and where soft stops are met."""
-    contacts, flights = len(m.contacts), signature.flights
+    contacts, flights = len(m.rigid_stops), signature.flights
     out = []
     for k, (number, _) in enumerate(signature.impacts):
         if number < contacts:
             out.append(True)
             continue
         before, after = (
-            states_from_code(flights[i].mode, contacts, len(m.elements))[number - contacts]
+            states_from_code(flights[i].mode, contacts, len(m.switching))[number - contacts]
             for i in (k - 1, k)
         )
-        soft = isinstance(m.elements[number - contacts], SoftStop)
-        out.append(soft and SoftStopState(after).met_from(SoftStopState(before)))
+        out.append(m.elements[number].is_met(before, after))
     return out
 
 
@@ -214,7 +212,7 @@ def _check_symmetry(m: Mechanism, signature: Signature) -> None:
 
 def asymmetry(m: Mechanism, cycles: int) -> str:
     """Reason why (x, v) -> (-x, -v) over half of the cycles is no symmetry; "" if it is one."""
-    if m.elements and not any(m.constant_force):
+    if m.switching and not any(m.constant_force):
         return "orbits of soft stops and friction are solved as a whole"
     return asymmetry_without_elements(m, cycles)
 
@@ -223,7 +221,7 @@ def asymmetry_without_elements(m: Mechanism, cycles: int) -> str:
     """The same of the stops and forces alone."""
     if any(m.constant_force):
         return "a constant force has no mirror image"
-    for i, contact in enumerate(m.contacts):
+    for i, contact in enumerate(m.rigid_stops):
         if (
             contact.motion
             or contact.lower != -contact.upper
@@ -244,10 +242,10 @@ def asymmetry_without_elements(m: Mechanism, cycles: int) -> str:
 def why_none(m: Mechanism, impacts: Iterable[Stop]) -> str:
     """Reason why no motion with these impacts is periodic (energy is lost); "" if one may be."""
     damping = np.array(m.damping)
-    driven = m.forces or m.elements or not symmetric(m.stiffness)
+    driven = m.forces or m.switching or not symmetric(m.stiffness)
     if driven or np.linalg.eigvalsh(damping + damping.T).min() < 0.0:
         return ""
-    if all(stop.restitution(m.contacts) == 1.0 for stop in impacts):
+    if all(stop.restitution(m.rigid_stops) == 1.0 for stop in impacts):
         return ""
     return "no orbit: without forcing every impact loses energy, so that no motion is periodic"
 

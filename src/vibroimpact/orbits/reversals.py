@@ -16,12 +16,9 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states, states_from_code
 from vibroimpact.compile.prescribed import End, compile_prescribed
-from vibroimpact.model.elements import Friction, FrictionState
 from vibroimpact.model.friction_lines import friction_lines
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.admissibility import ON_LIMIT
-
-SLIPPING = {FrictionState.FORWARD, FrictionState.BACKWARD}
 
 
 def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
@@ -30,23 +27,22 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
     ``states`` (m, 2n + 1) begin the flights that have these ends.
     """
     m = mechanism_of(system)
-    contacts, count = len(m.contacts), len(m.elements)
-    lines = friction_lines(m.elements, [*m.sliders])
+    contacts, count = len(m.rigid_stops), len(m.switching)
+    lines = friction_lines(m.switching, [*m.sliders])
     for k, end in enumerate(ends):
         number, following = end.contact - contacts, (k + 1) % len(ends)
-        e = m.elements[number] if number >= 0 else None
-        if not isinstance(e, Friction):
-            continue
         line = lines.get(number, {number: 1.0})  # all on it stick together
-        parts = [one for i in line if isinstance(one := m.elements[i], Friction)]
-        if all(one.static == one.kinetic for one in parts):
+        if number < 0 or not any(
+            grip.static != grip.kinetic for grip in (m.switching[i].grip for i in line)
+        ):
             continue
         before, after = (
             states_from_code(mode, contacts, count) for mode in (end.mode, ends[following].mode)
         )
-        if {before[number], after[number]} != SLIPPING:
+        if {before[number], after[number]} != m.switching[number].slipping:
             continue
-        stuck = tuple(int(FrictionState.STICK) if i in line else s for i, s in enumerate(after))
+        held = m.switching[number].holding
+        stuck = tuple(held if held is not None and i in line else s for i, s in enumerate(after))
         if _lasts(system, code_of_states(stuck, contacts), end.contact, states[following]):
             return f"friction {end.contact} would stick at the end of flight {k}, where it reverses"
     return ""

@@ -249,8 +249,8 @@ class _Sweep:
 def _starts_of(system: System) -> Starts | StartsBetween:
     """Starts on the stops, or between them where these move or there are elements."""
     m = mechanism_of(system)
-    moving = any(contact.motion for contact in m.contacts)
-    return starts_between(system) if m.elements or moving or m.massless else starts_of(system)
+    moving = any(contact.motion for contact in m.rigid_stops)
+    return starts_between(system) if m.switching or moving or m.massless else starts_of(system)
 
 
 def _end_of(run: Run) -> MotionEnd:

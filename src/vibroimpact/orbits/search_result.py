@@ -159,7 +159,7 @@ class OrbitSearch(Result):
     def _by_flight(self) -> dict[str, tuple[str, object]]:
         """Modes and guards of flights, and which changes are impacts; nothing without elements."""
         m = mechanism_of(self.system)
-        if not m.elements:
+        if not m.switching:
             return {}
         every = [orbit.signature for orbit in self.orbits]
         flights = np.array([f for s in every for f in s.flights]).reshape(-1, 2).astype(np.int32)

@@ -20,10 +20,11 @@ import numpy as np
 from scipy.optimize import linprog
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Mechanism, accelerations, infinite, stop_sizes
+from vibroimpact.model.mechanism import Mechanism, accelerations, stop_sizes
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -97,9 +98,9 @@ def starts_of(system: System) -> Starts:
 def _stops(m: Mechanism) -> list[Stop]:
     return [
         Stop(i, side)
-        for i, contact in enumerate(m.contacts)
+        for i, contact in enumerate(m.rigid_stops)
         for side, limit in ((1, contact.upper), (-1, contact.lower))
-        if not infinite(limit)
+        if not is_infinite(limit)
     ]
 
 
@@ -125,15 +126,15 @@ Moved = tuple[int, tuple[Harmonic, ...]]
 def gaps_of(m: Mechanism) -> tuple[Floats, Floats, list[Moved]]:
     """(G, g) with G x <= g where no gap is negative, stops at rest; side and motion of each stop."""
     stops = _stops(m)
-    rows = [stop.side * np.array(m.contacts[stop.contact].row) for stop in stops]
-    limits = [stop.side * stop.limit(m.contacts) for stop in stops]
-    moved = [(stop.side, m.contacts[stop.contact].motion) for stop in stops]
+    rows = [stop.side * np.array(m.rigid_stops[stop.contact].row) for stop in stops]
+    limits = [stop.side * stop.limit(m.rigid_stops) for stop in stops]
+    moved = [(stop.side, m.rigid_stops[stop.contact].motion) for stop in stops]
     return np.array(rows).reshape(-1, m.degrees), np.array(limits), moved
 
 
 def _face(m: Mechanism, impact: Stop) -> Face | None:
     """The face of a stop; None where other stops hide it."""
-    contact = m.contacts[impact[0]]
+    contact = m.rigid_stops[impact[0]]
     row, limit = np.array(contact.row), contact.upper if impact[1] > 0 else contact.lower
     others = [k for k, stop in enumerate(_stops(m)) if stop[0] != impact[0]]
     rows, limits, _ = gaps_of(m)

@@ -23,7 +23,6 @@ import numpy as np
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.prescribed import compile_prescribed
-from vibroimpact.model.elements import Friction, PhaseSwitch
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, accelerations, stop_sizes
 from vibroimpact.model.state import State
@@ -108,19 +107,15 @@ def _sizes(m: Mechanism, stiffest: float) -> tuple[float, float]:
     """Largest length and rate (1); the rate with all elements pressed where it has no other."""
     modes = np.linalg.eigvals(accelerations(m, m.stiffness))
     rate = max([math.sqrt(np.abs(modes).max()), *(line.omega for line in m.forces)]) or stiffest
-    moving = [part for part in m.numbered if not isinstance(part, PhaseSwitch)]
-    moved = [amplitude for part in moving for amplitude in _amplitudes(part.motion)]
+    moved = [amplitude for e in m.elements for amplitude in _amplitudes(e.motion)]
     forces: list[tuple[float, ...]] = [m.constant_force]
     impulses: list[tuple[float, ...]] = []
     for line in m.forces:
         forces += [line.sine, line.cosine]
-    for e in m.elements:
-        if isinstance(e, Friction):
-            forces.append(tuple(_level(e) * x for x in e.row))
-            moved.append(abs(e.belt_speed) / rate)
-        elif isinstance(e, PhaseSwitch):
-            forces += e.forces
-            impulses += e.impulses
+    for e in m.switching:
+        forces += e.own_forces
+        impulses += e.own_impulses
+        moved.append(abs(e.grip.speed) / rate)
     for given, unit in ((forces, rate**2), (impulses, rate)):
         moved += [float(np.abs(accelerations(m, f)).max()) / unit for f in given]
     return float(max([*stop_sizes(m), *moved])) or 1.0, rate
@@ -128,13 +123,6 @@ def _sizes(m: Mechanism, stiffest: float) -> tuple[float, float]:
 
 def _amplitudes(lines: tuple[Harmonic, ...]) -> list[float]:
     return [abs(part) for line in lines for part in (*line.sine, *line.cosine)]
-
-
-def _level(e: Friction) -> float:
-    """Size of a friction force under the constant part of its load, and its waves."""
-    assert e.static is not None
-    load = [abs(e.load.constant), *_amplitudes(e.load.motion)] if e.load else [1.0]
-    return e.static * sum(load)
 
 
 def _gaps_at(m: Mechanism, phase: float) -> tuple[Floats, Floats]:

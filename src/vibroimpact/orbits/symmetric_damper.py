@@ -103,7 +103,7 @@ def on_circle(damper: ImpactDamper) -> tuple[Floats, float, float, Compiled]:
     jump = np.eye(2 * n)
     jump[n:, n:] = compiled.kernel.impact_matrix(ONLY_CONTACT, STOP_B)
     w: Floats = np.asarray(np.linalg.solve(np.eye(2 * n) + jump @ phi, -jump @ gamma), np.float64)
-    alpha, beta = np.array(compiled.mechanism.contacts[0].row) @ w[:n]
+    alpha, beta = np.array(compiled.mechanism.rigid_stops[0].row) @ w[:n]
     return w, float(alpha), float(beta), compiled
 
 

@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact.model.elements import Element, Friction, PhaseSwitch, SoftStop
-from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
+from vibroimpact.model.elements.element import Element
+from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.plotting import style, symbols
 from vibroimpact.plotting.variables import combination
 
@@ -60,10 +60,10 @@ class Chain:
         self.m, n = m, m.degrees
         self.bays = [Bay() for _ in range(n + 1)]
         self.above: list[tuple[int, int, float, Draw]] = []
-        self.rubbing: dict[int, list[tuple[str, Friction]]] = {}
+        self.rubbing: dict[int, list[tuple[str, Element]]] = {}
         self.notes: list[str] = []
         self._supports()
-        for label, part in zip(element_labels(m), m.numbered, strict=True):
+        for label, part in zip(element_labels(m), m.elements, strict=True):
             self._part(label, part)
         self._remarks()
 
@@ -91,15 +91,15 @@ class Chain:
         else:
             self.above.append((i, j, height, draw))
 
-    def _part(self, label: str, part: Contact | Element) -> None:
-        if isinstance(part, PhaseSwitch):
-            self.notes.append(f"{label}: forces that switch at phases")
+    def _part(self, label: str, part: Element) -> None:
+        if not part.is_stop and not part.slipping:
+            self.notes.append(f"{label}: {part.caption()}")
             return
         where = [i for i, x in enumerate(part.row) if x]
         opposite = len(where) == 2 and part.row[where[0]] == -part.row[where[1]]
         if len(where) > 2 or (len(where) == 2 and not opposite):
             self.notes.append(f"{label}: on ${combination(part.row)}$")
-        elif isinstance(part, Friction):
+        elif part.slipping:
             if len(where) == 1:
                 self.rubbing.setdefault(where[0], []).append((label, part))
             else:
@@ -109,7 +109,7 @@ class Chain:
         else:
             self._stop_between(label, part, where[0], where[1])
 
-    def _ground_stop(self, label: str, part: Contact | SoftStop, i: int) -> None:
+    def _ground_stop(self, label: str, part: Element, i: int) -> None:
         factor = part.row[i]
         for side in (-1, 1):  # of the mass
             law = law_of(part, side if factor > 0 else -side)
@@ -122,7 +122,7 @@ class Chain:
             draw = _stop(text, law, side, outer, away)
             self._grounded(i, side, height, draw, wall=not away)
 
-    def _stop_between(self, label: str, part: Contact | SoftStop, i: int, j: int) -> None:
+    def _stop_between(self, label: str, part: Element, i: int, j: int) -> None:
         near, far = law_of(part, 1), law_of(part, -1)  # where the masses approach, and part
         if part.row[i] < 0.0:
             near, far = far, near
@@ -255,14 +255,14 @@ class Chain:
                 symbols.floor(ax, left, x - 0.2, -0.3)
                 left = x + MASS + 0.2
                 symbols.belt(ax, x - 0.2, x + MASS + 0.2, -0.3, RUB)
-                way = -1.0 if belts[0].belt_speed < 0.0 else 1.0
+                way = -1.0 if belts[0].grip.speed < 0.0 else 1.0
                 ends = x + MASS / 2 - 0.45 * way, x + MASS / 2 + 0.45 * way
-                style_of = "-|>" if belts[0].belt_speed else "<|-|>"
+                style_of = "-|>" if belts[0].grip.speed else "<|-|>"
                 symbols.arrow(ax, (ends[0], -0.56), (ends[1], -0.56), color=RUB,
                               arrowstyle=style_of)  # fmt: skip
             y = -LOW if belts else -NEAR
             for label, e in found:
-                text = f"{label}: {_levels(e)}"
+                text = f"{label}: {e.caption()}"
                 ax.text(x + MASS / 2.0, y, text, ha="center", va="top", color=RUB, fontsize=TEXT,
                         linespacing=1.1)  # fmt: skip
                 y -= ROW * (2 if moving(e) else 1)
@@ -281,47 +281,24 @@ def draw_chain(m: Mechanism, ax: Axes | None) -> Axes:
 # ---- laws and their texts ------------------------------------------------------------------------
 
 
-def law_of(part: Contact | SoftStop, side: int) -> Law | None:
+def law_of(part: Element, side: int) -> Law | None:
     """The stop on a side of the contact coordinate; None where there is none."""
-    limit = part.upper if side > 0 else part.lower
-    if is_infinite(limit):
+    if (spring := part.spring_at(side)) is None or is_infinite(spring.limit):
         return None
+    limit, k, c = spring
     colour = A if side > 0 else B
-    if isinstance(part, Contact):
-        return Law(limit, colour)
-    _, k, c = part.at_side(side)
-    return Law(limit, colour, k, c, side * limit < 0.0)
+    return Law(limit, colour) if part.rigid else Law(limit, colour, k, c, side * limit < 0.0)
 
 
-def moving(e: Friction) -> bool:
+def moving(e: Element) -> bool:
     """Whether it rubs on a belt that moves."""
-    return bool(e.belt_speed or e.motion)
+    return bool(e.grip.speed or e.motion)
 
 
-def _values(part: Contact | SoftStop, *laws: Law) -> str:
-    """Stiffness and damping, or restitution, of the sides drawn."""
-    if isinstance(part, Contact):
-        r = part.restitutions
-        numbers = {"R": [r[law.colour == A] for law in laws]}
-    else:
-        numbers = {"k": [law.k for law in laws], "c": [law.c for law in laws]}
-    comma = r",\ "
-    texts = [
-        f"{name}={comma.join(f'{x:g}' for x in dict.fromkeys(values))}"
-        for name, values in numbers.items()
-        if name != "c" or any(values)
-    ]
-    still = ", moves" if part.motion else ""
-    if isinstance(part, SoftStop) and part.law != "unilateral" and any(law.c for law in laws):
-        still = f", {part.law}{still}"
-    return f"{', '.join(f'${text}$' for text in texts)}{still}"
-
-
-def _levels(e: Friction) -> str:
-    static = "" if e.static == e.kinetic else f", static {e.static:g}"
-    speed = f"\nbelt {e.belt_speed:g}" if e.belt_speed else ""
-    swings = (", swings" if speed else "\nbelt swings") if e.motion else ""
-    return f"{e.kinetic:g}{static}{speed}{swings}"
+def _values(part: Element, *laws: Law) -> str:
+    """The numbers of the sides drawn, and whether they move."""
+    sides = (1 if law.colour == A else -1 for law in laws)
+    return f"{part.caption(*sides)}{', moves' if part.motion else ''}"
 
 
 def force_text(m: Mechanism, i: int) -> str:
@@ -443,7 +420,7 @@ def _slot(text: str, near: Law | None, far: Law | None) -> Draw:
     return lane
 
 
-def _rub(label: str, e: Friction) -> Draw:
+def _rub(label: str, e: Element) -> Draw:
     """Two plates that slide on each other."""
 
     def lane(ax: Axes, left: float, right: float, y: float) -> None:
@@ -457,6 +434,6 @@ def _rub(label: str, e: Friction) -> Draw:
         for sign in (-1, 1):
             symbols.arrow(ax, (low + size / 2, y + 0.5 * sign), (low + size / 2, y + 0.1 * sign),
                           color=RUB)  # fmt: skip
-        _label(ax, left, right, y + 0.55, f"{label}: {_levels(e)}", RUB)
+        _label(ax, left, right, y + 0.55, f"{label}: {e.caption()}", RUB)
 
     return lane

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
 from itertools import pairwise
 
 import numpy as np
@@ -10,14 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from vibroimpact._core.types import Floats
-from vibroimpact.model.elements import (
-    FrictionState,
-    PhaseSwitchState,
-    RigidStopState,
-    SoftStopState,
-)
+from vibroimpact.model.elements.element import Look
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import element_labels, kinds_of_states, needs_elements
+from vibroimpact.model.mechanism import element_labels, needs_elements
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.simulation.simulate import Run, phases_of
@@ -25,42 +19,17 @@ from vibroimpact.simulation.simulate import Run, phases_of
 STRIP, BETWEEN = 0.055, 0.02  # of the height of the axes
 TEXT = 7.5  # points
 LIGHT = "#FFFFFF"
-LOOKS: dict[type[IntEnum], dict[int, tuple[str, str]]] = {  # colour and name in the legend
-    RigidStopState: {
-        RigidStopState.UPPER: (style.BLUE, "rests at A"),
-        RigidStopState.LOWER: (style.VERMILION, "rests at B"),
-    },
-    SoftStopState: {
-        SoftStopState.UPPER: (style.BLUE, "pressed at A"),
-        SoftStopState.LOWER: (style.VERMILION, "pressed at B"),
-        SoftStopState.BEHIND_UPPER: (style.mixed(style.BLUE, LIGHT, 0.6), "within A, free"),
-        SoftStopState.BEHIND_LOWER: (style.mixed(style.VERMILION, LIGHT, 0.6), "within B, free"),
-        SoftStopState.LIMITED_UPPER: (
-            style.mixed(style.BLUE, style.BLACK, 0.4),
-            "pressed at A, limited",
-        ),
-        SoftStopState.LIMITED_LOWER: (
-            style.mixed(style.VERMILION, style.BLACK, 0.4),
-            "pressed at B, limited",
-        ),
-    },
-    FrictionState: {
-        FrictionState.STICK: (style.GREEN, "sticks"),
-        FrictionState.FORWARD: (style.mixed(style.ORANGE, LIGHT, 0.25), "slips forward"),
-        FrictionState.BACKWARD: (style.mixed(style.PURPLE, LIGHT, 0.25), "slips backward"),
-        FrictionState.LIFTED: (style.mixed(style.SKY, LIGHT, 0.25), "lifted off"),
-    },
-    PhaseSwitchState: {
-        state: (style.mixed(style.BLACK, LIGHT, 0.2 * state), f"arc {state}")
-        for state in PhaseSwitchState
-        if state
-    },
-}
+
+
+def colour_of(look: Look) -> str:
+    """The colour of a state."""
+    own, by = getattr(style, look.colour.upper()), LIGHT if look.white > 0.0 else style.BLACK
+    return style.mixed(own, by, abs(look.white)) if look.white else str(own)
 
 
 def shown_elements(run: Run) -> list[int]:
     """Numbers of soft stops, friction and phase switches, and of the rigid stops that come to rest."""
-    contacts = len(mechanism_of(run.system).contacts)
+    contacts = len(mechanism_of(run.system).rigid_stops)
     states = run.all_states
     return [i for i in range(states.shape[1]) if i >= contacts or states[:, i].any()]
 
@@ -74,21 +43,20 @@ def draw_states(ax: Axes, run: Run, window: tuple[float, float]) -> None:
     low, high = ax.get_ylim()
     room = len(numbers) * (STRIP + BETWEEN) + BETWEEN
     ax.set_ylim(low - (high - low) * room / (1.0 - room), high)
-    kinds, labels = kinds_of_states(m), element_labels(m)
+    labels = element_labels(m)
     named = set[str]()
     for row, number in enumerate(reversed(numbers)):
         y = BETWEEN + row * (STRIP + BETWEEN)
         for begin, end, value in _pieces(run, number, *window):
-            look = LOOKS[kinds[number]].get(value)
+            look = m.elements[number].looks.get(value)
             if look is None:
                 continue
-            colour, name = look
             ax.add_patch(
-                Rectangle((begin, y), end - begin, STRIP, facecolor=colour,
+                Rectangle((begin, y), end - begin, STRIP, facecolor=colour_of(look),
                           edgecolor="none", transform=ax.get_xaxis_transform(),
-                          label="" if name in named else name)
+                          label="" if look.words in named else look.words)
             )  # fmt: skip
-            named.add(name)
+            named.add(look.words)
         ax.text(1.01, y + STRIP / 2.0, labels[number], transform=ax.transAxes, va="center",
                 fontsize=TEXT)  # fmt: skip
 

@@ -11,7 +11,6 @@ from vibroimpact._core.checks import check_index, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import units_of
-from vibroimpact.model.elements import Friction, PhaseSwitch
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
@@ -54,7 +53,7 @@ def plot_forces(
     if elements is not None:
         numbers = _numbers("elements", elements, m)
     else:
-        numbers = [i for i in shown_elements(run) if not isinstance(m.numbered[i], PhaseSwitch)]
+        numbers = [i for i in shown_elements(run) if m.elements[i].row]
     if not numbers:
         raise InvalidParameterError(
             "run: no contact rests, and there is no soft stop or friction, so there are impulses "
@@ -103,12 +102,11 @@ def plot_hysteresis(
     start, end = window_of(run, t0, t1)
     m = mechanism_of(run.system)
     (number,) = _numbers("element", [element], m)
-    part = m.numbered[number]
-    assert not isinstance(part, PhaseSwitch)
+    part = m.elements[number]
     t, force = _sampled(run, start, end)
     u = run.at(t)[0] @ np.array(part.row)
     name = f"${combination(part.row)}$"
-    if not isinstance(part, Friction) and part.motion:
+    if part.is_stop and part.motion:
         u, name = u - motion_of(run, part.motion, t), f"{name}, relative to the stop"
     units = units_of(run.system)
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
@@ -127,13 +125,13 @@ def _numbers(name: str, given: Sequence[int], m: Mechanism) -> list[int]:
     except TypeError:
         raise refusal(name, given, "a sequence of numbers of elements") from None
     for number in found:
-        check_index("element", number, len(m.numbered))
-        if isinstance(m.numbered[number], PhaseSwitch):
+        check_index("element", number, len(m.elements))
+        if not m.elements[number].row:
             raise refusal(
                 name, number, "a stop or friction",
                 "A phase switch has no row; plot_history draws its arcs.",
             )  # fmt: skip
-    return [int(number) % len(m.numbered) for number in found]
+    return [int(number) % len(m.elements) for number in found]
 
 
 def _sampled(run: Run, start: float, end: float) -> tuple[Floats, Floats]:

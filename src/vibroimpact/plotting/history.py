@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_kind, real
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.units import units_of
-from vibroimpact.model.elements import SoftStop
-from vibroimpact.model.mechanism import STOP_KINDS
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import draw_states, motion_of
@@ -63,7 +61,7 @@ def plot_history(
             draw_states(ax, run, (t[0], t[-1]))
             ax.set_ylabel(units.label("$x_i$" if places.shape[1] > 1 else "$x_1$", "length"))
         ax.set(xlabel=units.label("time $t$", "time"), xlim=(t[0], t[-1]))
-        style.legend_outside(ax, columns=4 if mechanism_of(run.system).elements else 6)
+        style.legend_outside(ax, columns=4 if mechanism_of(run.system).switching else 6)
     return ax
 
 
@@ -92,9 +90,9 @@ def window_of(run: Run, t0: float, t1: float | None) -> tuple[float, float]:
 def _half_slot(system: System) -> float:
     """Half of the play |x2 - x1| <= delta of two masses; 0 for any other system."""
     mechanism = mechanism_of(system)
-    if mechanism.degrees != 2 or len(mechanism.contacts) != 1:
+    if mechanism.degrees != 2 or len(mechanism.rigid_stops) != 1:
         return 0.0
-    (contact,) = mechanism.contacts
+    (contact,) = mechanism.rigid_stops
     slot = contact.row == (-1.0, 1.0) and contact.lower == -contact.upper
     return contact.upper if slot else 0.0
 
@@ -133,16 +131,14 @@ def _any_system(
 def _stops(ax: Axes, run: Run, t: NDArray[np.float64]) -> None:
     """Draw the stops of contacts and soft stops that involve one coordinate only."""
     m = mechanism_of(run.system)
-    for part in m.numbered:
-        if not isinstance(part, STOP_KINDS):
-            continue
+    for part in m.elements:
         entries = [r for r in part.row if r]
         if len(entries) != 1:
             continue
         look: dict[str, Any] = {"color": style.GREY, "linewidth": 2.0, "zorder": 0}
-        if isinstance(part, SoftStop):
+        if not part.rigid:
             look |= {"linewidth": 1.0, "linestyle": (0, (4, 2))}
-        for stop in (part.lower, part.upper):
+        for stop in (part.limit_at(-1), part.limit_at(1)):
             if not np.isfinite(stop):
                 continue
             if not part.motion:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterator, Sequence
-from typing import NamedTuple
+from dataclasses import fields
+from typing import Any, NamedTuple, cast
 
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.units import Units, units_of
-from vibroimpact.model.elements import SoftStop
-from vibroimpact.model.mechanism import STOP_KINDS, Contact, Mechanism, element_labels
+from vibroimpact.model.elements.element import Element
+from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.parameters import names_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting.branch_looks import parameter_label
@@ -20,6 +21,7 @@ from vibroimpact.plotting.page import Cell, Symbol, Table
 from vibroimpact.plotting.variables import combination
 from vibroimpact.plotting.words import number
 
+PLACE = ("row", "lower", "upper", "motion")  # fields of a stop that are no law
 NAMED = re.compile(r"(.*?)\s*\$(.*)\$")  # words and symbol of a label
 
 
@@ -106,22 +108,26 @@ def _forces(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
 
 def _parts(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
     """Stops and other elements."""
-    for label, part in zip(element_labels(m), m.numbered, strict=True):
-        if isinstance(part, STOP_KINDS):
+    for label, part in zip(element_labels(m), m.elements, strict=True):
+        if part.is_stop:
             yield label, "", _stop(part)
         else:
             yield label, "", re.sub(r"^\w+\((.*)\)$", r"\1", repr(part))
 
 
-def _stop(part: Contact | SoftStop) -> str:
+def _stop(part: Element) -> str:
     """Where a stop is met, and its law."""
     row = re.sub(r"(?<=\w)([+-])", r" \1 ", re.sub(r"[_{}\\,]", "", combination(part.row)))
-    low, high = ("" if is_infinite(limit) else number(limit) for limit in (part.lower, part.upper))
+    low, high = (
+        "" if is_infinite(limit) else number(limit) for limit in map(part.limit_at, (-1, 1))
+    )
     ends = f"{low} ≤ " * bool(low) + row + f" ≤ {high}" * bool(high)
-    if isinstance(part, Contact):
-        return f"{ends}; restitution {_pair(part.restitution)}"
-    law = f", {part.law}" if _pair(part.damping) != number(0.0) else ""
-    return f"{ends}; stiffness {_pair(part.stiffness)}, damping {_pair(part.damping)}{law}"
+    law = [
+        value if isinstance(value, str) else f"{name} {_pair(value)}"
+        for name, value in ((f.name, getattr(part, f.name)) for f in fields(cast(Any, part)))
+        if name not in PLACE and not isinstance(value, bool)
+    ]
+    return f"{ends}; {', '.join(law)}"
 
 
 def _pair(both: float | tuple[float, float]) -> str:

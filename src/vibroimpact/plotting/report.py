@@ -24,7 +24,6 @@ from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.registry import name_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Rms, coefficients_of
-from vibroimpact.model.mechanism import Contact
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_words, units_text
@@ -357,14 +356,13 @@ def _rows_at(response: Response, own: float) -> Iterator[list[str]]:
 def limits(response: Response) -> Iterator[str]:
     """What the statement is true of, and what may be missing."""
     m, s = mechanism_of(response.system), response.simulation
-    contacts = [part for part in m.numbered if isinstance(part, Contact)]
-    if contacts:
-        both = sorted({x for one in contacts for x in _restitutions(one)})
+    if m.rigid_stops:
+        both = sorted({x for one in m.rigid_stops for x in one.restitutions})
         yield (
             "Rigid stops by the impact law: an impact takes no time and returns the closing speed "
             f"times the coefficient of restitution, {' or '.join(map(number, both))}, whatever the speed."
         )
-    if len(contacts) < len(m.numbered):
+    if m.switching:
         yield "Soft stops, friction and other elements follow the laws of the model exactly."
     others = 0 if s.starts is None else math.prod(s.starts.dims.values())
     yield (
@@ -382,11 +380,6 @@ def limits(response: Response) -> Iterator[str]:
         yield f"The search for lines of the figure notes: {note}."
     if response.interrupted:
         yield "The search for branches was interrupted; lines of the figure are missing."
-
-
-def _restitutions(contact: Contact) -> tuple[float, ...]:
-    both = contact.restitution
-    return both if isinstance(both, tuple) else (both,)
 
 
 def repeat_section(response: Response, command: str) -> list[Block]:

@@ -22,7 +22,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
 from vibroimpact.measures.motions import Motion
-from vibroimpact.model.mechanism import STOP_KINDS, Mechanism, with_mass
+from vibroimpact.model.mechanism import Mechanism, stop_sizes, with_mass
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -282,7 +282,7 @@ def rest_of(system: System) -> State:
         return own()  # type: ignore[no-any-return]
     m = mechanism_of(system)
     place = np.zeros(m.degrees)
-    limits = [(np.array(c.row), c.lower, c.upper) for c in m.contacts]
+    limits = [(np.array(c.row), c.lower, c.upper) for c in m.rigid_stops]
     if not all(low <= row @ place <= high for row, low, high in limits):
         place = _inside(limits, m.degrees)
     return State(tuple(place.tolist()), (0.0,) * m.degrees)
@@ -327,9 +327,7 @@ def random_starts(
 
 def _reach(m: Mechanism) -> float:
     """Largest distance of a stop."""
-    parts = [part for part in m.numbered if isinstance(part, STOP_KINDS)]
-    ends = [abs(limit) for part in parts for limit in (part.lower, part.upper)]
-    return max((end for end in ends if math.isfinite(end)), default=0.0)
+    return max(stop_sizes(m), default=0.0)
 
 
 def explained(answer: Answer, by: Answer) -> Answer:

@@ -20,8 +20,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.linear import FreeMotion, free_motion
 from vibroimpact.measures.measure import Measure, coefficients_of, with_row
+from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.response.tuned import TunedDamper, tuned_damper
@@ -207,7 +208,7 @@ def _with_tuned(measure: Measure, system: System, tuned: TunedDamper) -> float:
             Harmonic(f.omega, (f.sine[p.coordinate], 0.0), (f.cosine[p.coordinate], 0.0))
             for f in m.forces
         ),
-        contacts=(Contact((-1.0, 1.0), upper=FAR),),
+        elements=(RigidStop((-1.0, 1.0), upper=FAR),),
     )
     if hasattr(measure, "base") and measure.base is None:
         machine_measure = replace(measure, base=_static(m, p))  # type: ignore[call-arg]

@@ -43,7 +43,6 @@ from vibroimpact.continuation.walk import check_steps
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.linear import free_motion
 from vibroimpact.measures.measure import Measure, measure_of
-from vibroimpact.model.elements import Friction
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
@@ -504,8 +503,7 @@ class _Search:
         self.notes: list[str] = []
         self.interrupted = False
         self.failed: dict[str, int] = {}
-        elements = mechanism_of(simulation.system).elements
-        self.rubs = any(isinstance(element, Friction) for element in elements)
+        self.rubs = any(e.slipping for e in mechanism_of(simulation.system).elements)
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -622,7 +620,7 @@ class _Search:
             return None
         system = with_parameter(self.simulation.system, self.simulation.parameter, value)
         m, motion = mechanism_of(system), free_motion(system)
-        if isinstance(motion, str) or m.elements:
+        if isinstance(motion, str) or m.switching:
             return None
         nearest = min(motion.reaches, key=lambda reach: reach.gap)
         flights = motion.flights()

@@ -589,7 +589,9 @@ class _Growth:
         lost = np.isneginf(losses).astype(int)  # a plastic impact leaves no rate of its gap
         for k in rows.leads:  # a contact that rests has neither gap nor rate
             modes = set(events.mode[rows.first[k] : rows.last[k]].tolist())
-            closed = [len(closed_from_code(mode, len(self.mechanism.contacts))) for mode in modes]
+            closed = [
+                len(closed_from_code(mode, len(self.mechanism.rigid_stops))) for mode in modes
+            ]
             lost[k] = min(max(lost[k], 2 * max(closed)), self.carried)
         growth = self._carried(jumps, rows.leads, flows * self.scale, lost)
         spans = _time(events, rows.first, rows.last)
@@ -645,7 +647,7 @@ class _Growth:
 
     def _losses(self, stops: list[Stop]) -> Floats:
         """Logarithms of R^2 of impacts at these stops."""
-        contacts = self.mechanism.contacts
+        contacts = self.mechanism.rigid_stops
         with np.errstate(divide="ignore"):
             losses: Floats = 2.0 * np.log([stop.restitution(contacts) for stop in stops])
         return losses

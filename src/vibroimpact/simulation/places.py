@@ -11,14 +11,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_stop_name, real, refusal
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.model.elements import Friction
-from vibroimpact.model.mechanism import (
-    STOP_KINDS,
-    Mechanism,
-    element_labels,
-    kind_of,
-    kinds_of_states,
-)
+from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
 
@@ -103,8 +96,7 @@ def place_in(system: System, at: At | None) -> At:
             if not mechanism.forces:
                 raise InvalidParameterError(
                     "system: has no forcing, so that no phase repeats. Take "
-                    + "vi.AtStop(), or "
-                    * any(isinstance(x, STOP_KINDS) for x in mechanism.numbered)
+                    + "vi.AtStop(), or " * any(x.is_stop for x in mechanism.elements)
                     + "vi.AtChange(), where an element changes its state."
                 )
         case AtChange():
@@ -116,9 +108,9 @@ def place_in(system: System, at: At | None) -> At:
 
 def usual_place(mechanism: Mechanism) -> At:
     """The first stop if contact or element 0 has one; else as without stops."""
-    first = mechanism.numbered[0]
-    if isinstance(first, STOP_KINDS):
-        return AtStop("B" if math.isinf(first.upper) else "A")
+    first = mechanism.elements[0]
+    if first.is_stop:
+        return AtStop("B" if math.isinf(first.limit_at(1)) else "A")
     return place_without_stops(mechanism, 0)
 
 
@@ -129,8 +121,8 @@ def place_without_stops(mechanism: Mechanism, element: int) -> At:
     """
     if mechanism.forces:
         return AtPhase()
-    if isinstance(mechanism.numbered[element], STOP_KINDS):
-        rubs = [i for i, part in enumerate(mechanism.numbered) if isinstance(part, Friction)]
+    if mechanism.elements[element].is_stop:
+        rubs = [i for i, part in enumerate(mechanism.elements) if part.slipping]
         element = (*rubs, element)[0]
     return AtChange(element)
 
@@ -138,12 +130,12 @@ def place_without_stops(mechanism: Mechanism, element: int) -> At:
 def check_stop(system: System, at: AtStop) -> None:
     """Refuse a stop that the system does not have: those of contacts, and soft ones."""
     mechanism, contact = mechanism_of(system), at.contact
-    contacts = mechanism.numbered
+    contacts = mechanism.elements
     _check_number("contact", contact, len(contacts))
     check_stop_name(at.stop)
-    if not isinstance(contacts[contact], STOP_KINDS):
-        stops = [str(i) for i, one in enumerate(contacts) if isinstance(one, STOP_KINDS)]
-        kind = kind_of(contacts[contact]).replace("_", " ")
+    if not contacts[contact].is_stop:
+        stops = [str(i) for i, one in enumerate(contacts) if one.is_stop]
+        kind = contacts[contact].kind.replace("_", " ")
         ways = [*stops, f"vi.AtChange({contact}), where it changes its state"]
         if mechanism.forces:
             ways.append("vi.AtPhase()")
@@ -159,13 +151,15 @@ def check_stop(system: System, at: AtStop) -> None:
 def _checked_change(mechanism: Mechanism, at: AtChange) -> AtChange:
     """Refuse an element that the system does not have, or a state that it does not take."""
     element, takes = at.element, at.takes
-    kinds = kinds_of_states(mechanism)
     _check_number(
-        "element", element, len(kinds), "Numbers are those of results: rigid stops first."
+        "element",
+        element,
+        len(mechanism.elements),
+        "Numbers are those of results: rigid stops first.",
     )
     if takes is None:
         return at
-    states = list(getattr(mechanism.numbered[element], "states", None) or kinds[element])
+    states = mechanism.elements[element].states
     if isinstance(takes, str):
         takes = {one.name.lower(): one for one in states}.get(takes.lower(), takes)
     if not any(takes is one for one in states):

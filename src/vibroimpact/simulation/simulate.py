@@ -26,13 +26,11 @@ from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
+from vibroimpact.model.elements.rigid_stop import RigidStopState
 from vibroimpact.model.mechanism import (
-    STOP_KINDS,
     ImpactLaw,
     Mechanism,
     element_labels,
-    kinds_of_states,
 )
 from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
@@ -183,10 +181,10 @@ class Run(Result):
         span = self.time[-1] if len(self) else 0.0
         text = f"Run: {listed or 'no events'} up to t = {span:.6g}; {self.end.sentence}"
         m = self._compiled.mechanism
-        if not m.elements:
+        if not m.switching:
             return text
-        last = zip(element_labels(m), kinds_of_states(m), self.all_states[-1], strict=True)
-        return f"{text}; at the end {', '.join(f'{a} {k(s).name}' for a, k, s in last)}"
+        last = zip(element_labels(m), m.elements, self.all_states[-1], strict=True)
+        return f"{text}; at the end {', '.join(f'{a} {e.State(s).name}' for a, e, s in last)}"
 
     @property
     def impact_law(self) -> ImpactLaw:
@@ -269,7 +267,7 @@ class Run(Result):
         y[:, 1 : 2 * n : 2] = both[:, n:] / rows.scale
         y[:, 2 * n : -1] = self._compiled.waves(flights.y[index], dt)
         mode = flights.mode[index]
-        found = np.empty((flat.size, len(m.contacts) + len(m.elements)))
+        found = np.empty((flat.size, len(m.elements)))
         for one in np.unique(mode):
             matrix = np.array(rows.force_rows(self._compiled.codes[one]))
             found[mode == one] = y[mode == one] @ matrix.T
@@ -303,7 +301,7 @@ class Run(Result):
     def to_dataset(self) -> xr.Dataset:
         """Convert the record to an xarray dataset, with the states of all contacts and elements."""
         m = self._compiled.mechanism
-        kinds = dict.fromkeys(kinds_of_states(m))
+        kinds = dict.fromkeys(e.State for e in m.elements)
         data = super().to_dataset().assign(state=(("event", "element"), self.states))
         return data.assign_coords(element=element_labels(m)).assign_attrs(
             impact_law=self.impact_law,
@@ -318,7 +316,7 @@ class Run(Result):
 def states_of_modes(compiled: Compiled, modes: Codes) -> Codes:
     """State of every contact and element in each mode, shape (len(modes), n_element)."""
     m = compiled.mechanism
-    contacts, elements = len(m.contacts), len(m.elements)
+    contacts, elements = len(m.rigid_stops), len(m.switching)
     used, index = np.unique(modes, return_inverse=True)
     table = np.zeros((len(used), contacts + elements), dtype=np.int32)
     for row, mode in zip(table, used, strict=True):
@@ -407,7 +405,7 @@ def begin(compiled: Compiled, state: State) -> Any:
     report = compiled.kernel.start(
         list(state.position), list(state.velocity), phases_of(m, state.phase)
     )
-    for i, contact in enumerate(m.contacts):
+    for i, contact in enumerate(m.rigid_stops):
         for name, gaps, limit in (
             ("lower", report["gap_lower"], contact.lower),
             ("upper", report["gap_upper"], contact.upper),
@@ -447,8 +445,8 @@ def events_for(mechanism: Mechanism, impacts: int) -> int:
 
     Between two impacts there are some releases and grazes, but friction may stick and slip many times.
     """
-    stops = any(isinstance(part, STOP_KINDS) for part in mechanism.numbered)
-    each = EVENTS_BETWEEN if mechanism.elements and stops else 4
+    stops = any(e.is_stop for e in mechanism.elements)
+    each = EVENTS_BETWEEN if mechanism.switching and stops else 4
     return each * impacts + 64
 
 
@@ -604,14 +602,13 @@ def sides_of(compiled: Compiled, status: Codes, contact: Codes, side: Codes, mod
     ``mode``: that at the start, then those after the events.
     """
     sides = np.array(side)
-    first = len(compiled.mechanism.contacts)
-    for number, element in enumerate(compiled.mechanism.elements, first):
-        if not isinstance(element, SoftStop):
+    for number, e in enumerate(compiled.mechanism.elements):
+        if e.rigid or not e.is_stop:
             continue
         changed = (status == Status.CHANGE) | (status == Status.NON_UNIQUE)
         if (here := np.flatnonzero(changed & (contact == number))).size:
             states = states_of_modes(compiled, mode)[:, number]
-            known = np.array([one.side for one in SoftStopState], dtype=np.int32)
+            known = np.array([e.side_of(one) for one in e.State], dtype=np.int32)
             was, now = known[states[here]], known[states[here + 1]]
             sides[here] = np.where(now, now, was)
     return sides

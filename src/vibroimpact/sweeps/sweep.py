@@ -27,7 +27,6 @@ from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, wa
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Arrays
 from vibroimpact.compile.pace import paced_parts, paces_of
-from vibroimpact.model.elements import SoftStop
 from vibroimpact.model.mechanism import Mechanism, accelerations
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System, mechanism_of
@@ -232,12 +231,11 @@ def plan_of(
 def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
     """Upper estimate of impacts of ordinary motion in so many forcing periods or units of time."""
     stiffness, damping = np.array(mechanism.stiffness), np.array(mechanism.damping)
-    for element in mechanism.elements:
-        if isinstance(element, SoftStop):
+    for element in mechanism.switching:
+        if sides := element.stiffest:
             square = np.outer(element.row, element.row)
-            (_, k_a, c_a), (_, k_b, c_b) = map(element.at_side, (1, -1))
-            stiffness = stiffness + max(k_a, k_b) * square
-            damping = damping + max(c_a, c_b) * square
+            largest_k, largest_c = map(max, zip(*sides, strict=True))
+            stiffness, damping = stiffness + largest_k * square, damping + largest_c * square
     stiff, damp = (
         float(np.abs(np.linalg.eigvals(accelerations(mechanism, part))).max())
         for part in (stiffness, damping)
@@ -249,10 +247,10 @@ def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
         cycles = 1.0 + length * max(fastest, _fastest_pace(mechanism, starts)) / (2.0 * math.pi)
     chatters = sum(
         MORE_IMPACTS + math.log(UNIT) / math.log(min(max(r, UNIT), LIVELIEST))
-        for contact in mechanism.contacts
+        for contact in mechanism.rigid_stops
         for r in contact.restitutions
     )
-    return cycles * (chatters + MORE_IMPACTS * len(mechanism.elements))
+    return cycles * (chatters + MORE_IMPACTS * len(mechanism.switching))
 
 
 def _fastest_pace(mechanism: Mechanism, starts: Starts) -> float:

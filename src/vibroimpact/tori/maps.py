@@ -121,7 +121,7 @@ class SignatureMap:
         """States (N, 2n + 1) of section points: (3)."""
         m = self.problem.compiled(p).mechanism
         first, j = self.signature.impacts[0], self._left_out
-        row, limit = np.array(m.contacts[first.contact].row), first.limit(m.contacts)
+        row, limit = np.array(m.rigid_stops[first.contact].row), first.limit(m.rigid_stops)
         states = np.zeros((len(points), 2 * m.degrees + 1))
         states[:, list(self.kept)] = points
         states[:, j] = (limit - states[:, : len(row)] @ row) / row[j]
@@ -167,10 +167,10 @@ class SignatureMap:
             return np.zeros(len(states))
         first, j = self.signature.impacts[0], self._left_out
         varied = expanded(self.subject(p), self.parameter)
-        row = varied.contacts[first.contact].row
+        row = varied.rigid_stops[first.contact].row
         slopes = np.array([_slope(r) for r in row])
-        fixed = self.problem.compiled(p).mechanism.contacts[first.contact].row[j]
-        limit = _slope(first.limit(varied.contacts))
+        fixed = self.problem.compiled(p).mechanism.rigid_stops[first.contact].row[j]
+        limit = _slope(first.limit(varied.rigid_stops))
         return np.asarray((limit - states[:, : len(row)] @ slopes) / fixed, dtype=np.float64)
 
 

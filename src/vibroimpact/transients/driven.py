@@ -17,30 +17,26 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import Piecewise
-from vibroimpact.model.elements import Element, Friction, NormalLoad, PhaseSwitch
+from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
-from vibroimpact.model.mechanism import Contact, Mechanism, accelerations
+from vibroimpact.model.mechanism import Mechanism, accelerations
 
 
 def unforced(m: Mechanism) -> Mechanism:
     """Return the mechanism without harmonic forces and phase switches; stops and belts still move."""
-    elements = tuple(e for e in m.elements if not isinstance(e, PhaseSwitch))
-    if not m.contacts and not elements:
-        return replace(m, forces=(), elements=(), contacts=(_out_of_reach(m),))
-    return replace(m, forces=(), elements=elements)
+    elements = tuple(e for e in m.elements if not e.by_time)
+    return replace(m, forces=(), elements=elements or (_out_of_reach(m),))
 
 
 def linear(m: Mechanism) -> Mechanism:
     """Return masses, dashpots and springs alone, as they move while no stop is met."""
-    return replace(
-        m, forces=(), elements=(), contacts=(_out_of_reach(m),), contact_names=(),
-    )  # fmt: skip
+    return replace(m, forces=(), elements=(_out_of_reach(m),))
 
 
-def _out_of_reach(m: Mechanism) -> Contact:
+def _out_of_reach(m: Mechanism) -> RigidStop:
     """A stop that no motion meets, since a mechanism has one at least."""
     heavy = next(i for i in range(m.degrees) if m.mass[i][i])
-    return Contact(tuple(float(i == heavy) for i in range(m.degrees)), upper=1e300)
+    return RigidStop(tuple(float(i == heavy) for i in range(m.degrees)), upper=1e300)
 
 
 def driven(m: Mechanism, row: Floats, slowest: float) -> tuple[Mechanism, float]:
@@ -69,8 +65,7 @@ def driven(m: Mechanism, row: Floats, slowest: float) -> tuple[Mechanism, float]
         damping=_bordered(m.damping, 0.0).tolist(),
         stiffness=stiffness.tolist(),
         forces=tuple(_line(line) for line in m.forces),
-        contacts=tuple(replace(one, row=(*one.row, 0.0)) for one in m.contacts),
-        elements=tuple(_element(one) for one in m.elements),
+        elements=tuple(e.widened() for e in m.elements),
         constant_force=(*m.constant_force, 0.0),
     )
     return wider, factor
@@ -84,21 +79,3 @@ def _bordered(matrix: list[list[float]], corner: float) -> Floats:
 
 def _line(line: Harmonic) -> Harmonic:
     return replace(line, sine=(*line.sine, 0.0), cosine=(*line.cosine, 0.0))
-
-
-def _element(element: Element) -> Element:
-    """The element on one coordinate more, on which it does not act."""
-    if isinstance(element, PhaseSwitch):
-        forces, impulses = (
-            tuple((*row, 0.0) for row in rows) for rows in (element.forces, element.impulses)
-        )
-        return replace(element, forces=forces, impulses=impulses)
-    wider = replace(element, row=(*element.row, 0.0))
-    if isinstance(wider, Friction) and wider.load is not None:
-        return replace(wider, load=_load(wider.load))
-    return wider
-
-
-def _load(load: NormalLoad) -> NormalLoad:
-    position, velocity = ((*part, 0.0) if part else () for part in (load.position, load.velocity))
-    return replace(load, position=position, velocity=velocity)

@@ -30,8 +30,7 @@ from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.measures.motions import flights_of_run
-from vibroimpact.model.elements import RigidStopState, SoftStop, SoftStopState
-from vibroimpact.model.mechanism import Contact, Mechanism, element_labels
+from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result
@@ -129,7 +128,7 @@ class FreeDecay(Result):
     @property
     def resting(self) -> tuple[int, ...]:
         """Contacts that rest on a stop at the end."""
-        contacts = len(mechanism_of(self.run.system).contacts)
+        contacts = len(mechanism_of(self.run.system).rigid_stops)
         return tuple(int(i) for i in np.flatnonzero(self.run.all_states[-1, :contacts]))
 
     @cached_property
@@ -318,13 +317,14 @@ def _at_rest(m: Mechanism, row: Floats, order: int, states: Codes | None = None)
     n = m.degrees
     stiffness, force = np.array(m.stiffness), np.array(m.constant_force)
     closed, limits = [], []
-    for part, state in zip(m.numbered, [] if states is None else states, strict=False):
-        upper = state == RigidStopState.UPPER  # 1 and 2 are pressed at the upper and the lower stop
-        if isinstance(part, Contact) and state:
+    for part, state in zip(m.elements, [] if states is None else states, strict=False):
+        if (spring := part.pressed(state)) is None:
+            continue
+        limit, k, _ = spring
+        if math.isinf(k):
             closed.append(part.row)
-            limits.append(part.upper if upper else part.lower)
-        elif isinstance(part, SoftStop) and (now := SoftStopState(state)).presses:
-            limit, k, _ = part.at_side(now.side)
+            limits.append(limit)
+        else:
             stiffness = stiffness + k * np.outer(part.row, part.row)
             force = force + k * limit * np.array(part.row)
     rows = np.array(closed).reshape(-1, n)

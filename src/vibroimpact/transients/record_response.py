@@ -32,7 +32,7 @@ from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result
-from vibroimpact.simulation.pieces import Lines, simulate_pieces
+from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
 from vibroimpact.transients.driven import driven, unforced
 from vibroimpact.transients.force_record import ForceRecord
@@ -230,7 +230,7 @@ class RecordResponse(Result):
     @property
     def largest_impulse(self) -> float:
         """Largest impulse of an impact at a rigid stop; 0 without any."""
-        return self.measure("impulse") if self._m.contacts else 0.0
+        return self.measure("impulse") if self._m.rigid_stops else 0.0
 
     # ---- as a dataset, as a picture --------------------------------------------------------------
 
@@ -358,4 +358,4 @@ def simulate_record(
         )
     lines = Lines(begin, factor * pieces.value, factor * pieces.slope, pieces.length)
     wide = State((*start.position, 0.0), (*start.velocity, 0.0), start.phase)
-    return RecordResponse(system, record, simulate_pieces(wider, wide, lines), m, factor, row)
+    return RecordResponse(system, record, simulate_driven(wider, wide, lines), m, factor, row)

@@ -36,7 +36,8 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats, Integers
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.elements.rigid_stop import RigidStop
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.results.result import Result, along
 from vibroimpact.transients.force_record import ForceRecord, Pieces
 from vibroimpact.transients.record_response import RecordResponse, simulate_record
@@ -206,7 +207,7 @@ def response_spectrum(
         moved, shaken = _linear(record, omega, ratio)
         hits, impulse, done = nothing.astype(np.int64), nothing, np.ones(given.size, dtype=bool)
     else:
-        stop = Contact((1.0,), -lower, upper, fraction("restitution", restitution))
+        stop = RigidStop((1.0,), -lower, upper, fraction("restitution", restitution))
         with Reporter(progress, "spectrum") as report:
             found = [
                 _largest_of(_simulated(record, float(w), ratio, stop))
@@ -236,9 +237,9 @@ def _clearances(upper: object, lower: object) -> tuple[float, float]:
 # ---- with stops ----------------------------------------------------------------------------------
 
 
-def _simulated(record: ForceRecord, omega: float, zeta: float, stop: Contact) -> RecordResponse:
+def _simulated(record: ForceRecord, omega: float, zeta: float, stop: RigidStop) -> RecordResponse:
     oscillator = Mechanism(
-        mass=[[1.0]], damping=[[2.0 * zeta * omega]], stiffness=[[omega * omega]], contacts=(stop,)
+        mass=[[1.0]], damping=[[2.0 * zeta * omega]], stiffness=[[omega * omega]], elements=(stop,)
     )
     plain = ForceRecord(record.time, record.values, None, record.kind)
     return simulate_record(oscillator, plain, after=CYCLE / omega)

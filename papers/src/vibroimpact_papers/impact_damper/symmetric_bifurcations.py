@@ -157,7 +157,7 @@ def half_map_jacobian(damper: ImpactDamper, state: State) -> tuple[Floats, float
     acceleration = compiled.kernel.acceleration(
         list(before[:n]), list(before[n:]), [theta + math.pi]
     )
-    row = np.array(compiled.mechanism.contacts[0].row)
+    row = np.array(compiled.mechanism.rigid_stops[0].row)
     closing = float(row @ before[n:])
     shift = -(row @ arrived[:n]) / closing  # dt by each direction
     place = arrived[:n] + np.outer(before[n:], shift)

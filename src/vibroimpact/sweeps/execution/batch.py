@@ -159,7 +159,7 @@ def batch_from(compilation: Compilation, place: slice) -> Batch:
         As :func:`batch_of`.
     """
     m, count = compilation.mechanism, place.stop - place.start
-    sizes = m.degrees, len(m.contacts), len(m.forces)
+    sizes = m.degrees, len(m.rigid_stops), len(m.forces)
     part, number = np.zeros(count, dtype=np.intp), np.zeros(count, dtype=np.intp)
     omegas, parts = np.zeros((count, len(m.forces))), list[Part]()
     for found, where in compilation.inside(place):

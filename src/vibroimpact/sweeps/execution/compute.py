@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from vibroimpact._core import linear
 from vibroimpact._core.types import Arrays, Rows
-from vibroimpact.model.mechanism import Contact, Mechanism
+from vibroimpact.model.elements.rigid_stop import RigidStop
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import mechanism_of
@@ -166,7 +167,7 @@ def _placed(work: _Work, systems: Rows, states: States, behind: Rows) -> States:
 
 def placed(mechanism: Mechanism, state: State) -> State:
     """A state on the stops that it lies behind (2), one contact after the other; others as they are."""
-    for law in mechanism.contacts:
+    for law in mechanism.rigid_stops:
         u = float(np.dot(law.row, state.position)) - _moved(mechanism, law, state.phase)
         target = min(max(u, law.lower), law.upper)
         if abs(target - u) <= _rounding(law, state):
@@ -177,13 +178,13 @@ def placed(mechanism: Mechanism, state: State) -> State:
     return state
 
 
-def _moved(mechanism: Mechanism, law: Contact, phase: float) -> float:
+def _moved(mechanism: Mechanism, law: RigidStop, phase: float) -> float:
     """How far the stops have moved at this phase of the first line."""
     angles = [(line, phase * (line.omega / mechanism.omega)) for line in law.motion]
     return sum(line.sine[0] * math.sin(a) + line.cosine[0] * math.cos(a) for line, a in angles)
 
 
-def _rounding(law: Contact, state: State) -> float:
+def _rounding(law: RigidStop, state: State) -> float:
     """Bound the rounding of row . position: one ulp of each product and of the stop."""
     terms = sum(abs(r * x) for r, x in zip(law.row, state.position, strict=True))
     limits = sum(abs(x) for x in (law.lower, law.upper) if math.isfinite(x))

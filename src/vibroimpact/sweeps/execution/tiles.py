@@ -72,9 +72,9 @@ def compiled_bytes(mechanism: Mechanism) -> int:
 
     What systems share is there once (tables.py).
     """
-    n, lines, contacts = mechanism.degrees, len(mechanism.forces), len(mechanism.contacts)
+    n, lines, contacts = mechanism.degrees, len(mechanism.forces), len(mechanism.rigid_stops)
     size = 2 * (n + lines)
-    states = math.prod(len(e.states) for e in mechanism.elements)
+    states = math.prod(len(e.states) for e in mechanism.switching)
     modes = states * (3**contacts if contacts <= 2 else 1)  # others come when they are wanted
     numbers = modes * size * (contacts + 4 * n + 2 * lines + size) + contacts * (
         2 * size + contacts

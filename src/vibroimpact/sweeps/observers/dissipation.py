@@ -22,7 +22,7 @@ class Dissipation(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``work_on_element`` (..., element)."""
-        text, shape = "work that an element takes per unit of time", (len(mechanism.elements),)
+        text, shape = "work that an element takes per unit of time", (len(mechanism.switching),)
         return {
             "work_on_element": real("work", text, dims=(ELEMENT,), shape=shape, quantity="power")
         }

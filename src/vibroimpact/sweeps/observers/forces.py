@@ -23,7 +23,7 @@ class Forces(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``force_smallest``, ``force_largest`` (..., part)."""
-        parts = len(mechanism.numbered)
+        parts = len(mechanism.elements)
         return {
             f"force_{kind}": real(
                 "ranges", f"{kind} force of a contact or element", slice(i, 2 * parts, 2),

@@ -21,5 +21,5 @@ class Impulse(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``impulse`` (..., part)."""
-        text, shape = "impulse of a contact or element", (len(mechanism.numbered),)
+        text, shape = "impulse of a contact or element", (len(mechanism.elements),)
         return {"impulse": real("sums", text, dims=(PART,), shape=shape, quantity="impulse")}

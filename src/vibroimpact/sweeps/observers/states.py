@@ -24,6 +24,6 @@ class States(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``share_in_state`` (..., element, state)."""
-        shape = len(mechanism.elements), RADIX
+        shape = len(mechanism.switching), RADIX
         share = real("shares", "share of time in state", dims=(ELEMENT, STATE), shape=shape)
         return {"share_in_state": share}

@@ -39,7 +39,7 @@ class Symbol(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``n``, ``p``, ``q``: (...) with one contact, p and q (..., contact) with several."""
-        count = len(mechanism.numbered)
+        count = len(mechanism.elements)
         more = ((CONTACT,), (count,)) if count > 1 else ((), ())
         text = "until the motion repeats itself"
         return {"n": whole("numbers", f"forcing periods {text}", 0, "int16")} | {

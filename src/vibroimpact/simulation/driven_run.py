@@ -1,6 +1,6 @@
-"""A run in pieces: at given times one coordinate is put on another line, all others go on.
+"""A run whose last coordinate is driven along straight lines: at given times it is put on the next one.
 
-The coordinate is one that nothing acts on, such as the value of a force record (transients/driven.py).
+Nothing acts on that coordinate, such as the value of a force record (transients/driven.py); all others go on.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Lines(NamedTuple):
     length: Floats
 
 
-def simulate_pieces(system: System, state: State, lines: Lines) -> Run:
+def simulate_driven(system: System, state: State, lines: Lines) -> Run:
     """Simulate a motion whose last coordinate follows given lines.
 
     Parameters

@@ -1,0 +1,1 @@
+"""Elements in the equations of a mechanism, one file each: forces, constraint and limits of every state as rows."""
