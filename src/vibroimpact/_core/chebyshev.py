@@ -16,7 +16,8 @@ from vibroimpact._core.types import Floats, Integers
 
 RESOLVED = 1e-10  # last coefficients of a resolved expansion, relative to the largest
 EDGE = 1e-6  # zeros this far outside the interval, relative to its length, are kept and polished
-NEAR = 1.1  # bounds |T_k|, k < 100, at such zeros, which may have left the real line by 1e-5
+# It bounds |T_k|, k < 100, at such zeros, which may have left the real line by 1e-5.
+CHEBYSHEV_BOUND = 1.1
 
 
 @lru_cache(maxsize=8)
@@ -70,7 +71,7 @@ def real_zeros_of(
     """
     size = np.abs(coefficients)
     kept = size > rounding * size.max(axis=0, initial=0.0)
-    some = kept.any(axis=0) & (size[0] <= NEAR * size[1:].sum(axis=0))
+    some = kept.any(axis=0) & (size[0] <= CHEBYSHEV_BOUND * size[1:].sum(axis=0))
     degrees = np.where(some, len(kept) - 1 - np.argmax(kept[::-1], axis=0), 0)
     numbers, zeros = [np.empty(0, dtype=np.int64)], [np.empty(0)]
     for degree in np.unique(degrees[degrees > 0]):

@@ -39,7 +39,7 @@ from vibroimpact.bifurcations.continue_bifurcation import (
 )
 from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.emanating import (
-    NEAR,
+    NEAR_BEGINNING,
     checked_bounds,
     emanating,
     width_of,
@@ -243,7 +243,7 @@ def _ends_near(curve: BifurcationCurve, origin: Solution, start: int) -> bool:
     widths = [width_of(pair) for pair in curve.bounds]
     away = np.abs((curve.values - origin.a) / widths).max(axis=1)
     both = zip((0, -1), curve.ends, strict=True)
-    return any(end.detail == NEAR and away[k] < away[start] for k, end in both)
+    return any(end.detail == NEAR_BEGINNING and away[k] < away[start] for k, end in both)
 
 
 # ---- GR and ZERO ---------------------------------------------------------------------------------

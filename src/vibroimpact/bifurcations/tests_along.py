@@ -42,9 +42,9 @@ from vibroimpact.normal_forms.flip_fold import Flip, flip
 from vibroimpact.normal_forms.forms import InSizes
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+from vibroimpact.normal_forms.resonance import HIGHEST_DENOMINATOR
 from vibroimpact.orbits.admissibility import Nearest
 
-HIGHEST = 12  # of q in (5)
 CUSP, FLIP, FOLD, PAIR, CUBIC, OTHERS = "cusp", "flip", "fold", "pair", "cubic", "others"
 
 
@@ -52,7 +52,9 @@ def _fractions() -> dict[str, float]:
     """Cosines of (5) by the name of the resonance; strong ones by their labels."""
     strong = {kind.label: Fraction(*kind.resonance) for kind in TWO.values() if kind.resonance}
     found = {label: round(_cosine(ratio), 15) for label, ratio in strong.items()}  # exact
-    ratios = {Fraction(p, q) for q in range(5, HIGHEST + 1) for p in range(1, (q + 1) // 2)}
+    ratios = {
+        Fraction(p, q) for q in range(5, HIGHEST_DENOMINATOR + 1) for p in range(1, (q + 1) // 2)
+    }
     weak = sorted(ratio for ratio in ratios if ratio.denominator >= 5)
     return found | {f"{r.numerator}/{r.denominator}": _cosine(r) for r in weak}
 

@@ -3,13 +3,13 @@
 Method      From the branch of the orbit, branches are switched (switch.py) once at every point of
             kind PD, BP, GR or ZERO next to which orbits are admissible, breadth first, but points
             whose own orbit is admissible before those next to admissible orbits on one side only:
-              - points at one parameter value (NEAR) that share their loop (same_orbit.py), up
+              - points at one parameter value (SAME_JUNCTION_OF_RANGE) that share their loop (same_orbit.py), up
                 to its first impact and the mirror image, are one junction; a loop at PD or BP may
                 be a double one, one at ZERO is that of the grazing orbit;                     (1)
               - a branch that holds the same orbit as a known one, in the same sense, at a common
                 value of the parameter is not new. Compared are the orbits at PROBES of its points
                 with those that Newton's method finds between neighbouring points of the known
-                branch that enclose the value, within SAME.                                    (2)
+                branch that enclose the value, within SAME_ORBIT_RELATIVE.                                    (2)
             The attractors are those of a bifurcation_sweep, upwards and then back.
 Accuracy    of the branches, continuation; (1) and (2) the tolerances stated
 Fails       a junction where no branch was found is listed with its reason
@@ -43,7 +43,7 @@ from vibroimpact.branches.switch import switch_branch
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
-from vibroimpact.orbits.find import SAME, Guess, converged, solve
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, converged, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
 from vibroimpact.simulation.places import AtStop
@@ -54,7 +54,8 @@ if TYPE_CHECKING:
 Say = Callable[[str], object]
 
 SWEPT_POINTS = 60  # section points kept at every value of the sweep
-NEAR = 1e-7  # of the range: values of the parameter at one junction
+# Junctions at values that are so near, relative to the range, are one.
+SAME_JUNCTION_OF_RANGE = 1e-7
 JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
 VALUE_BYTES = 2**14  # per value of the sweep: some hundred section points, up and down
 PROBES = (0.5, 0.25, 0.75)  # shares of a branch's points
@@ -360,7 +361,7 @@ class Tree:
         mechanism = mechanism_of(point.orbit.system)
         span = self.bounds[1] - self.bounds[0]
         for known, result in self.junctions:
-            near = abs(known.parameter - here.parameter) <= NEAR * span
+            near = abs(known.parameter - here.parameter) <= SAME_JUNCTION_OF_RANGE * span
             if not near or known.touching != here.touching:
                 continue
             how = same_loop(known.loop, here.loop, mechanism, JUNCTION)
@@ -429,7 +430,7 @@ def same_branch(found: Branch, known: Branch) -> str:
         index = int(share * (len(found) - 1))
         here = loop_of(found.orbit(index))
         for orbit in orbits_at(known, float(found.values[index])):
-            how = same_loop(here, loop_of(orbit), mechanism, SAME)
+            how = same_loop(here, loop_of(orbit), mechanism, SAME_ORBIT_RELATIVE)
             if how:
                 return how
     return ""

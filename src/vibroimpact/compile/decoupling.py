@@ -21,7 +21,7 @@ from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.columns import Column, agreed
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
-from vibroimpact._core.scalars import ROUNDING, greatest, least
+from vibroimpact._core.scalars import ROUNDING_PER_TERM, greatest, least
 from vibroimpact.compile.reduction import Reduced
 from vibroimpact.compile.vibrations import NormalForm, alone, unit_form
 
@@ -118,7 +118,7 @@ def _forces(b: Decoupled, push: Vector) -> Vector:
 def _is_driven(b: Decoupled, push: Vector, terms: Vector) -> bool:
     """Whether a constant force drives a block without stiffness."""
     sizes = _forces(b._replace(back=tuple(map(linear.absolute, b.back))), terms)
-    noise = [ROUNDING * len(push) * x for x in sizes]
+    noise = [ROUNDING_PER_TERM * len(push) * x for x in sizes]
     both = zip(b.k, _forces(b, push), noise, strict=True)
     return any(not k > 0.0 and abs(force) > least for k, force, least in both)
 

@@ -24,7 +24,14 @@ import numpy as np
 
 from vibroimpact import _kernel
 from vibroimpact._core import linear
-from vibroimpact._core.scalars import ROUNDING, above, choose, cleared, greatest, square_root
+from vibroimpact._core.scalars import (
+    ROUNDING_PER_TERM,
+    above,
+    choose,
+    cleared,
+    greatest,
+    square_root,
+)
 from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.coordinates import LARGER, Blocks
 from vibroimpact.compile.modes import FASTEST, SLOWEST
@@ -65,7 +72,7 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
 def _along(row: list[float], lift: list[float]) -> float:
     """Size of row . lift; zero where it is rounding, as of two bodies that fall alike."""
     size = sum(abs(x * y) for x, y in zip(row, lift, strict=True))
-    return cleared(abs(linear.dot(row, lift)), ROUNDING * size)
+    return cleared(abs(linear.dot(row, lift)), ROUNDING_PER_TERM * size)
 
 
 def paced_rate(own: float, pace: float) -> float:

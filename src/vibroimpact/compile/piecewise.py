@@ -47,7 +47,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import (
-    ROUNDING,
+    ROUNDING_PER_TERM,
     cleared,
     greatest,
     is_infinite,
@@ -689,6 +689,6 @@ def _cleared(row: list[Any], terms: Vector) -> list[Any]:
     what is left: their derivatives count.
     """
     return [
-        x if isinstance(x, Jet) else cleared(x, ROUNDING * size)
+        x if isinstance(x, Jet) else cleared(x, ROUNDING_PER_TERM * size)
         for x, size in zip(row, terms, strict=True)
     ]

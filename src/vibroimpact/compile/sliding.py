@@ -27,7 +27,7 @@ import numpy as np
 
 from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.scalars import ROUNDING, rounded_down
+from vibroimpact._core.scalars import ROUNDING_PER_TERM, rounded_down
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import STEP_BITS, ElementOfKernel, Watch
@@ -181,7 +181,7 @@ class GivenSystem:
         if np.array_equal(a.matrix, b.matrix):  # D is constant
             closing = -float(row[0] @ change)  # u'_A - u'_B
             terms = float(np.abs(row[0]) @ (np.abs(a.constant) + np.abs(b.constant)))
-            if not closing > ROUNDING * terms:
+            if not closing > ROUNDING_PER_TERM * terms:
                 return None  # what leads to the surface leads on from there
             along = change / closing
             back = max(flow.floor or 1.0 for flow in (a, b))

@@ -48,12 +48,12 @@ def _lobatto() -> tuple[Floats, Floats]:
     return points, np.asarray(np.linalg.inv(series.chebvander(points, DEGREE)), dtype=float)
 
 
-POINTS, TO_COEFFICIENTS = _lobatto()
+LOBATTO_POINTS, TO_COEFFICIENTS = _lobatto()
 
 
 def positions(low: float, high: float) -> Floats:
     """The points of (1) in [low, high], both ends included exactly."""
-    s: Floats = (low + high) / 2.0 + (high - low) / 2.0 * POINTS
+    s: Floats = (low + high) / 2.0 + (high - low) / 2.0 * LOBATTO_POINTS
     s[0], s[-1] = low, high
     return s
 
@@ -99,7 +99,7 @@ class Expansion:
     def integral(self) -> Floats:
         """Integral of the series from low to each of the points (1)."""
         whole = series.chebint(self.coefficients, lbnd=-1) * ((self.high - self.low) / 2.0)
-        values: Floats = series.chebval(POINTS, whole)
+        values: Floats = series.chebval(LOBATTO_POINTS, whole)
         return values
 
     def extrema(self) -> list[float]:

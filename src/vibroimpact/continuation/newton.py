@@ -31,7 +31,8 @@ POINT_TOLERANCE = 1e-11  # of a single point, in unknowns of size one
 # Where the matrix is ill conditioned, rounding keeps the steps from falling further: below the
 # first number a step that has not halved means that, above it Newton's iteration has failed.
 STALLED = 1e-8
-ROUNDING = 4.0 * float(np.finfo(float).eps)
+# A Newton step that is so small, relative to the unknowns, is rounding.
+ROUNDING_OF_STEP = 4.0 * float(np.finfo(float).eps)
 
 
 class NewtonStatus(StrEnum):
@@ -150,7 +151,7 @@ def _solve(
 
 def _finished(size: float, previous: float, tolerance: float, length: float) -> bool:
     stalled = size <= STALLED and size > previous / 2.0
-    return stalled or size <= max(tolerance, ROUNDING * length)
+    return stalled or size <= max(tolerance, ROUNDING_OF_STEP * length)
 
 
 class Determinant(NamedTuple):

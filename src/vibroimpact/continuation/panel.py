@@ -48,7 +48,7 @@ SAFETY = 0.3  # (4) aims at this part of what is allowed
 NEXT = 0.6
 SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
 NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
-ROUNDING = 1e-13  # least tolerance of the expansion of y
+LEAST_TOLERANCE = 1e-13  # the tolerance of the expansion of y is so large at least
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ def build(
         return traced
     curve = Expansion(0.0, length, np.array([node.y for node in traced.nodes]))
     noise = max(node.step for node in traced.nodes)
-    allowed = standard.tolerance * length + 2.0 * noise + ROUNDING
+    allowed = standard.tolerance * length + 2.0 * noise + LEAST_TOLERANCE
     demand = float(curve.tail.max()) / allowed
     if not demand <= 1.0:
         return Failure("the curve bends too sharply", _factor(demand))

@@ -37,7 +37,7 @@ from vibroimpact.continuation.problem import Scaled
 EPS = float(np.finfo(float).eps)
 # A fold and a branch point this close in scaled arclength are one point: on the arm of a pitchfork
 # that is tangent to it, p turns back at the branch point, and rounding there is sqrt(eps).
-SAME = 1e-6
+SAME_POINT_ARCLENGTH = 1e-6
 # (2): the interval relative to the panel, where the tail falls by 20^K; not symmetric, so that the
 # point lies between two nodes.
 AROUND, BELOW, ABOVE = 0.05, 1.15, 0.85
@@ -129,7 +129,7 @@ def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[L
     kept = [
         zero
         for zero in found
-        if zero.name != FOLD or all(abs(zero.s - s) > SAME for s in branch_points)
+        if zero.name != FOLD or all(abs(zero.s - s) > SAME_POINT_ARCLENGTH for s in branch_points)
     ]
     return sorted(kept, key=lambda zero: zero.s)
 

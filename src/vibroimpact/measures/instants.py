@@ -21,8 +21,8 @@ from vibroimpact._core.windows import values_at
 from vibroimpact.compile.prescribed import NODES, WINDOW
 from vibroimpact.measures.flights import FLAT, Rows, Signal
 
-BYTES = 64  # of a coefficient, with its derivative, kept twice while series are made
-SAME = 1e-6  # of a window: instants so near to each other are one
+BYTES_PER_COEFFICIENT = 64  # a coefficient and its derivative are kept twice while series are made
+SAME_INSTANT_OF_WINDOW = 1e-6  # instants that are so near, relative to a window, are one
 
 
 class Extrema(NamedTuple):
@@ -35,7 +35,7 @@ class Extrema(NamedTuple):
 def check_span(name: str, value: object, rows: Rows, span: float) -> None:
     """Refuse a time over which the series of a motion would exceed the memory of this machine."""
     windows = span * rows.rate / WINDOW
-    needed = windows * BYTES * NODES * (rows.pieces.size + 1)
+    needed = windows * BYTES_PER_COEFFICIENT * NODES * (rows.pieces.size + 1)
     if not needed <= memory_of_machine():
         raise refusal(
             name,
@@ -81,7 +81,7 @@ def extrema(signal: Signal) -> Extrema:
     times, values = np.append(times, begin), np.append(values, corners)
     order = np.argsort(times, kind="stable")
     times, values = times[order], values[order]
-    apart = np.diff(times, prepend=-np.inf) > SAME * w.length
+    apart = np.diff(times, prepend=-np.inf) > SAME_INSTANT_OF_WINDOW * w.length
     return Extrema(times[apart], values[apart])
 
 

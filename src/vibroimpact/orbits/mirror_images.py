@@ -3,7 +3,7 @@
 Method      Without elements the image has the opposite stops, and is solved for from the mirrored states
             (find.py). With elements its flights are read off the motion from a mirrored state, over
             PERIODS; whether the elements have the symmetry is not checked: the orbit found must have
-            the mirrored state, within SAME.
+            the mirrored state, within SAME_ORBIT_RELATIVE.
 Fails       None, where the image is no orbit, or the motion leaves it within a period
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import closing_loop
-from vibroimpact.orbits.find import SAME, Guess, mirrored, solve
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, mirrored, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import Signature, asymmetry_without_elements
 from vibroimpact.simulation.simulate import simulate
@@ -56,4 +56,4 @@ def _image_by_motion(orbit: Orbit, turn: float) -> Orbit | None:
         return None
     sizes = np.abs(orbit.states[:, :-1]).max(axis=0)
     apart = np.abs(found.states[:, :-1] - x_v_theta[:-1]).max(axis=1)
-    return found if apart.min() <= SAME * sizes.max() else None
+    return found if apart.min() <= SAME_ORBIT_RELATIVE * sizes.max() else None

@@ -23,7 +23,9 @@ INCH = 0.40  # per unit of the drawing board
 MASS, BAY, NARROW, GAP = 2.1, 3.9, 1.2, 0.5
 SINGLE, PLAIN, SOFT, DAMPED = 1.0, 1.75, 1.75, 2.1  # heights of lanes, with their labels
 TEXT = 8.0  # points
-LOW, NEAR, ROW = 0.95, 0.6, 0.36  # depth of the first label below a belt, a floor; of a line
+LOW = 0.95
+FLOOR_LABEL_DEPTH = 0.6
+ROW = 0.36
 SMALL = 1e-12  # of the largest entry: a sum of entries that is zero to rounding
 A, B, RUB = style.BLUE, style.VERMILION, style.GREEN
 Draw = Callable[[Axes, float, float, float], None]  # between two abscissas, at an ordinate
@@ -186,11 +188,11 @@ class Chain:
     def foot(self) -> float:
         """Depth of what is below the masses: floor, belts, labels, notes."""
         depths = [
-            (LOW if any(moving(e) for _, e in found) else NEAR)
+            (LOW if any(moving(e) for _, e in found) else FLOOR_LABEL_DEPTH)
             + sum(ROW * (2 if moving(e) else 1) for _, e in found)
             for found in self.rubbing.values()
         ]
-        return max([NEAR, *depths]) + 0.1 + 0.45 * len(self.notes)
+        return max([FLOOR_LABEL_DEPTH, *depths]) + 0.1 + 0.45 * len(self.notes)
 
     # ---- drawing ---------------------------------------------------------------------------------
 
@@ -260,7 +262,7 @@ class Chain:
                 style_of = "-|>" if belts[0].grip.speed else "<|-|>"
                 symbols.arrow(ax, (ends[0], -0.56), (ends[1], -0.56), color=RUB,
                               arrowstyle=style_of)  # fmt: skip
-            y = -LOW if belts else -NEAR
+            y = -LOW if belts else -FLOOR_LABEL_DEPTH
             for label, e in found:
                 text = f"{label}: {e.caption()}"
                 ax.text(x + MASS / 2.0, y, text, ha="center", va="top", color=RUB, fontsize=TEXT,

@@ -41,7 +41,7 @@ HALO: dict[str, Any] = {
     "zorder": 2.5,
 }  # of lines over coloured planes
 SMALL = 6.0  # points: labels of weak resonances
-SAME = 2e-3  # of the axes: two curves pass one point there
+SAME_POINT_OF_AXES = 2e-3  # curves that are so near, relative to the axes, pass one point
 COLUMNS, ROW = 3, 0.17  # of the legend; height of a row in inches
 LEGEND = "vibroimpact curves"  # marks a legend to which later curves are added
 INSIDE: dict[str, Any] = {  # of the region between the sides of a tongue
@@ -238,7 +238,10 @@ def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], names: Names) 
     for curve, point in sorted(every, key=lambda pair: _rank(pair[1])):
         values = np.array([[point.parameters[name] for name in curve.names]])
         at = _drawn(curve, names, values)[0]
-        if any(k == point.record and np.all(np.abs(at - b) < SAME * span) for k, b in seen):
+        if any(
+            k == point.record and np.all(np.abs(at - b) < SAME_POINT_OF_AXES * span)
+            for k, b in seen
+        ):
             continue
         seen.append((point.record, at))
         ax.plot(*at, **_marker(point.record))

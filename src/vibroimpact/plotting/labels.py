@@ -26,7 +26,7 @@ DIRECTIONS = (
 )  # fmt: skip
 DISTANCES = (5.0, 11.0, 18.0, 26.0, 34.0, 44.0, 56.0)  # points, nearest first
 LED = 18.0  # points: from here on a thin line leads to the label
-NEAR = tuple(distance for distance in DISTANCES if distance < LED)
+DISTANCES_WITHOUT_LINE = tuple(distance for distance in DISTANCES if distance < LED)
 OF_LINE = 1.0  # cost of covering a sample of a line
 OF_MARK = tuple((x, y) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0))  # samples of a mark
 FARTHER = 0.35  # cost of a point of distance
@@ -73,7 +73,7 @@ class Labels:
             )
             free = [
                 (_cost(box, distance, busy), tuple(box))
-                for distance in (DISTANCES if label.led else NEAR)
+                for distance in (DISTANCES if label.led else DISTANCES_WITHOUT_LINE)
                 for box in (_box(at, size, d, distance) for d in DIRECTIONS)
                 if _is_free(box, taken, frame) and (label.led or _covered(box, busy) <= CROWD)
             ]

@@ -43,10 +43,10 @@ from vibroimpact.response.response import Response
 
 PAGES = (".html",)
 PLAIN = "Numbers are in the units in which the machine was given."
-ROWS = 5  # values of the parameter in the table of answers
-FEW = 8  # names of motions in a cell
-RUNS = 3  # stretches of the parameter in a cell
-TIMES = 2.0  # ratios from here on are not in per cent
+TABLE_VALUES = 5  # the table of answers has so many values of the parameter
+MOST_CELL_NAMES = 8  # a cell lists so many names of motions at most
+MOST_CELL_STRETCHES = 3  # a cell lists so many stretches of the parameter at most
+LEAST_WRITTEN_RATIO = 2.0  # a smaller ratio is written in per cent
 
 
 def report_of(
@@ -147,7 +147,7 @@ def comparison_sentence(response: Response, which: str) -> str:
 
 def _share(factor: float) -> str:
     """A ratio in words."""
-    if factor >= TIMES:
+    if factor >= LEAST_WRITTEN_RATIO:
         return f"{factor:.3g} times as much"
     return f"{100.0 * abs(1.0 - factor):.3g} % {'less' if factor < 1.0 else 'more'}"
 
@@ -303,7 +303,7 @@ def _where(response: Response, places: Collection[float]) -> str:
     inside = np.isin(response.values, [*places])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
     runs = list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
-    if len(runs) > RUNS:
+    if len(runs) > MOST_CELL_STRETCHES:
         return f"{_span(response, runs[0][0], runs[-1][1])}, in {len(runs)} stretches"
     return ", ".join(_span(response, first, last) for first, last in runs)
 
@@ -315,8 +315,8 @@ def _span(response: Response, first: int, last: int) -> str:
 
 
 def _few(names: Sequence[str]) -> str:
-    more = len(names) - FEW
-    return ", ".join(names[:FEW]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - MOST_CELL_NAMES
+    return ", ".join(names[:MOST_CELL_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def table_of_answers(response: Response) -> Table:
@@ -326,7 +326,11 @@ def table_of_answers(response: Response) -> Table:
     head += ["rms"] if has_rms(response) else []
     head += ["the motion", "reached by"]
     head += [without_words(response.system)] if is_comparable(response) else []
-    rows = [row for own in response.band.values(ROWS).tolist() for row in _rows_at(response, own)]
+    rows = [
+        row
+        for own in response.band.values(TABLE_VALUES).tolist()
+        for row in _rows_at(response, own)
+    ]
     return Table(head, rows, "All motions on which the machine settles, the largest first.")
 
 

@@ -20,8 +20,8 @@ from vibroimpact.transients.record_response import RecordResponse
 from vibroimpact.transients.response_spectrum import ResponseSpectrum
 from vibroimpact.transients.sine_sweep import SineSweep
 
-POINTS = 6000  # per picture
-MANY = 200  # impacts, above which marks are small
+TRANSIENT_POINTS = 6000  # a curve of a transient has so many points
+MOST_LARGE_MARKS = 200  # marks of more impacts are small
 BEYOND = 1.3  # of the later fall: where a decay is cut off
 PANELS = (1, 3)  # heights of a record and of the response to it
 SPECTRA = {
@@ -59,7 +59,7 @@ def plot_free_decay(decay: FreeDecay, *, ax: Axes | None = None) -> Axes:
     falls = [time for time in (decay.time, decay.time_without) if np.isfinite(time)]
     end = min(decay.duration, BEYOND * max(falls, default=np.inf)) or decay.duration
     cut = max(1.0, decay.duration / end)
-    t, with_impacts, without = decay.histories(int(POINTS * min(cut, 50.0)))
+    t, with_impacts, without = decay.histories(int(TRANSIENT_POINTS * min(cut, 50.0)))
     shown = t <= end
     looks = ((without, decay.time_without, style.ORANGE, "without impacts"),
              (with_impacts, decay.time, style.BLUE, "with impacts"))  # fmt: skip
@@ -175,13 +175,13 @@ def plot_record_response(
     first = float(response.record.time[0])
     last = first + response.duration
     hits = np.clip(response.impact_times, first, last)
-    t = np.union1d(np.linspace(first, last, POINTS), hits)
+    t = np.union1d(np.linspace(first, last, TRANSIENT_POINTS), hits)
     alone = ax is not None
     with style.drawing(ax, width=1.8 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
         if not alone:
             _record(_above(ax), response.record, units)
         ax.plot(t, response.row_at(row, t), color=style.BLACK, linewidth=0.7)
-        small = len(hits) > MANY
+        small = len(hits) > MOST_LARGE_MARKS
         for side, name, colour, marker in STOPS:
             chosen = hits[response.run.side[response.run.impacts] == side]
             if chosen.size:

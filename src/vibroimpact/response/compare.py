@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from vibroimpact.response.response import Response
 
 COMPARISONS = ("linear", "tuned")
-POINTS = 200
-FAR = 1e100  # of a stop that is never met
+COMPARED_POINTS = 200  # a comparison is measured at so many values of the band
+UNREACHED_LIMIT = 1e100  # a stop at this limit is never met
 SUMMIT = 1e-6  # relative: a maximum is located so well, and is one if it is so much higher
 UNBOUNDED = 1e4  # times the largest value at those: a resonance without damping
 
@@ -82,7 +82,7 @@ def comparison(response: Response, which: str) -> tuple[Floats, Floats]:
     """
     known = _KNOWN.setdefault(response, {})
     if which not in known:
-        values, measured = response.band.values(POINTS), measured_beside(response, which)
+        values, measured = response.band.values(COMPARED_POINTS), measured_beside(response, which)
         known[which] = values, np.array([measured(value) for value in values.tolist()])
     return known[which]
 
@@ -208,7 +208,7 @@ def _with_tuned(measure: Measure, system: System, tuned: TunedDamper) -> float:
             Harmonic(f.omega, (f.sine[p.coordinate], 0.0), (f.cosine[p.coordinate], 0.0))
             for f in m.forces
         ),
-        elements=(RigidStop((-1.0, 1.0), upper=FAR),),
+        elements=(RigidStop((-1.0, 1.0), upper=UNREACHED_LIMIT),),
     )
     if hasattr(measure, "base") and measure.base is None:
         machine_measure = replace(measure, base=_static(m, p))  # type: ignore[call-arg]

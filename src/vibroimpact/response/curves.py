@@ -36,7 +36,9 @@ from vibroimpact.response.answers import Answer
 
 STEEP = 1e-13  # of the range: a zero of the derivative is located so well
 TOUCHED = 1e-14  # relative: a zero of the gap
-ON_CURVE, ARRIVING = 1e-3, 1e-4  # of all values: a simulated motion on an orbit, or nearly so
+# A simulated motion that is so near, relative to all values, is on an orbit.
+ON_CURVE_OF_VALUES = 1e-3
+NEARLY_ON_CURVE_OF_VALUES = 1e-4  # one that is not periodic and so near is on it, too
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,8 +177,8 @@ def likeness(motion: str, symbol: str) -> float:
     One that is not periodic may be on its way to the orbit.
     """
     if motion in names_of(symbol):
-        return ON_CURVE
-    return ARRIVING if motion == "not periodic" else 0.0
+        return ON_CURVE_OF_VALUES
+    return NEARLY_ON_CURVE_OF_VALUES if motion == "not periodic" else 0.0
 
 
 def names_of(symbol: str) -> tuple[str, ...]:

@@ -48,7 +48,7 @@ OTHER_SPREAD = 4.0
 FLOOR = 1e-9  # least variance, relative to the whole: the growth of periodic motion has none
 # Against errors from few blocks, three errors stand for one chance in a hundred or less.
 ERRORS = 3.0
-ROUNDING = 2.0**-48  # of a growth: some ulp for every product
+ROUNDING_OF_GROWTH = 2.0**-48  # every product adds some ulp to a growth
 
 
 @dataclass(frozen=True)
@@ -271,7 +271,7 @@ def errors_of(growth: Floats, duration: Floats) -> Floats:
 
     scatter = parts(FEWEST_BLOCKS).std(axis=0, ddof=1) / math.sqrt(FEWEST_BLOCKS)
     first, second = parts(2)
-    rounding = ROUNDING * (1.0 + np.abs(growth).mean(axis=0)) / duration.mean()
+    rounding = ROUNDING_OF_GROWTH * (1.0 + np.abs(growth).mean(axis=0)) / duration.mean()
     errors: Floats = np.maximum(np.maximum(scatter, 0.5 * np.abs(second - first)), rounding)
     return errors
 

@@ -16,7 +16,7 @@ from vibroimpact._core.checks import (
     vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.scalars import ROUNDING
+from vibroimpact._core.scalars import ROUNDING_PER_TERM
 from vibroimpact.model.elements.element import Element, Grip, Look, nonzero_row
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
@@ -217,7 +217,9 @@ class Friction(Element):
         pairs = [*zip(other.row, self.row, strict=True), (other.belt_speed, self.belt_speed)]
         for omega in {**here, **there}:
             pairs += zip(here.get(omega, (0.0, 0.0)), there.get(omega, (0.0, 0.0)), strict=True)
-        alike = all(abs(y - factor * x) <= ROUNDING * (abs(y) + abs(factor * x)) for x, y in pairs)
+        alike = all(
+            abs(y - factor * x) <= ROUNDING_PER_TERM * (abs(y) + abs(factor * x)) for x, y in pairs
+        )
         return factor if alike else None
 
     def caption(self, *sides: int) -> str:

@@ -25,7 +25,7 @@ from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
     LOST,
-    MATCHED,
+    OBSERVERS_ARE_FIXED,
     call_of,
     check_axes,
     check_options,
@@ -36,7 +36,7 @@ from vibroimpact.sweeps.states import States
 from vibroimpact.sweeps.sweep import sweep
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
-POINTS = 8  # of each member: the number that the rule of matching.py needs
+MATCHED_POINTS = 8  # the rule of matching.py needs so many points of each member
 
 
 @interruptible(LOST)
@@ -113,9 +113,9 @@ def basins(
     check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
     check_count("most", most, 1)
     share("tolerance", tolerance)
-    refuse(options, "observe", MATCHED)
+    refuse(options, "observe", OBSERVERS_ARE_FIXED)
     place, starts = observed_place(system, at), GridStarts(over, start)
-    section = section_observer(place, POINTS)
+    section = section_observer(place, MATCHED_POINTS)
     requested = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
     members = sweep(system, start=starts, **requested)
     labels, found, ends = label_attractors(

@@ -29,7 +29,7 @@ from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterEr
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
-from vibroimpact.sweeps.specification import ATTRIBUTE, SweepSpec
+from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
 
 SHOWN = 6  # differences between two specifications that a message lists
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
@@ -216,7 +216,7 @@ def _check(path: Path, specification: SweepSpec) -> None:
 def _specification_in(path: Path) -> SweepSpec:
     try:
         group = _zarr().open_group(path, mode="r")
-        text = group.attrs[ATTRIBUTE]
+        text = group.attrs[SPECIFICATION_ATTRIBUTE]
         names = json.loads(text)["axes"]
         return SweepSpec(text, tuple((name, tuple(group[name][:].tolist())) for name in names))
     except (OSError, KeyError, ValueError) as error:
