@@ -43,7 +43,8 @@ from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT, fold_directions, period_four
 
-INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
+# This is the share of the angle between a half-line of folds and the middle of its sector.
+INSIDE_OF_ANGLE = 0.1
 SETTLES, SETTLED = 12, 1e-4  # of Newton's method: iterations; last step relative to the distance
 
 
@@ -73,7 +74,7 @@ def folds_of_four(
     form = point.normal_form
     manifold, edges = centre(*solution_at(point), 1j), fold_directions(form)
     turn = cmath.phase(edges[1 - which] / edges[which])
-    mu = distance * edges[which] * cmath.exp(1j * INSIDE * turn / 2.0)
+    mu = distance * edges[which] * cmath.exp(1j * INSIDE_OF_ANGLE * turn / 2.0)
     da = manifold.offset(mu)
     if not is_inside(manifold.at(da), bounds):
         return

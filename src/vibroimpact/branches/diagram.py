@@ -7,7 +7,7 @@ Method      From the branch of the orbit, branches are switched (switch.py) once
                 to its first impact and the mirror image, are one junction; a loop at PD or BP may
                 be a double one, one at ZERO is that of the grazing orbit;                     (1)
               - a branch that holds the same orbit as a known one, in the same sense, at a common
-                value of the parameter is not new. Compared are the orbits at PROBES of its points
+                value of the parameter is not new. Compared are the orbits at PROBE_SHARES of its points
                 with those that Newton's method finds between neighbouring points of the known
                 branch that enclose the value, within SAME_ORBIT_RELATIVE.                                    (2)
             The attractors are those of a bifurcation_sweep, upwards and then back.
@@ -56,9 +56,10 @@ Say = Callable[[str], object]
 SWEPT_POINTS = 60  # section points kept at every value of the sweep
 # Junctions at values that are so near, relative to the range, are one.
 SAME_JUNCTION_OF_RANGE = 1e-7
-JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
-VALUE_BYTES = 2**14  # per value of the sweep: some hundred section points, up and down
-PROBES = (0.5, 0.25, 0.75)  # shares of a branch's points
+# States at one junction agree so well, relative to their size: square roots halve the digits.
+JUNCTION_OF_STATES = 1e-4
+BYTES_PER_VALUE = 2**14  # a value of the sweep has some hundred section points, up and down
+PROBE_SHARES = (0.5, 0.25, 0.75)  # a branch is probed at these shares of its points
 STOP_WHEN = inadmissible()
 
 
@@ -220,7 +221,7 @@ def branch_diagram(
         ("attractors", attractors, 0),
     ):
         check_count(name, value, least)
-    check_memory("attractors", attractors, VALUE_BYTES, "Take fewer.")
+    check_memory("attractors", attractors, BYTES_PER_VALUE, "Take fewer.")
     check_progress(progress)
     orbit = converged(orbit)
     behind = None
@@ -364,7 +365,7 @@ class Tree:
             near = abs(known.parameter - here.parameter) <= SAME_JUNCTION_OF_RANGE * span
             if not near or known.touching != here.touching:
                 continue
-            how = same_loop(known.loop, here.loop, mechanism, JUNCTION)
+            how = same_loop(known.loop, here.loop, mechanism, JUNCTION_OF_STATES)
             if not how:
                 continue
             if result is not None:
@@ -417,7 +418,7 @@ def _named(how: str) -> str:
 
 
 def _junction(point: BifurcationPoint) -> _Junction:
-    loop = junction_of(point, JUNCTION)
+    loop = junction_of(point, JUNCTION_OF_STATES)
     return _Junction(point.parameter, loop, point.record.touch)
 
 
@@ -426,7 +427,7 @@ def same_branch(found: Branch, known: Branch) -> str:
     if len(found.family.signature.impacts) != len(known.family.signature.impacts):
         return ""
     mechanism = mechanism_of(found.family.system)
-    for share in PROBES:
+    for share in PROBE_SHARES:
         index = int(share * (len(found) - 1))
         here = loop_of(found.orbit(index))
         for orbit in orbits_at(known, float(found.values[index])):

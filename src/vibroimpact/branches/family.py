@@ -42,7 +42,7 @@ from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.orbits.multipliers import Pencil, pencil_of
-from vibroimpact.orbits.newton import CONVERGED, FOUND, guard_sizes, rows_of, scale_of
+from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
     OrbitProblem,
@@ -196,7 +196,9 @@ class OrbitFamily(OrbitProblem):
         states, durations = self.unpacked(z)
         left = np.abs(self.residual(z, p)) / rows_of(self, self._sizes[:-1])
         error, status = float(left.max()), FOUND
-        if not error <= CONVERGED and not np.all(left <= CONVERGED * self._growth(z, p)):
+        if not error <= CONVERGED_RELATIVE and not np.all(
+            left <= CONVERGED_RELATIVE * self._growth(z, p)
+        ):
             status = f"the equations do not hold: relative residual {error:.1e}"
         return Orbit(
             self.system_at(p), self.signature, states, durations, error, status, self.parameter

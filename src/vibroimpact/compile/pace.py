@@ -5,14 +5,14 @@ Method      A machine says how fast it moves by the rates of its vibrations, das
             fast it meets its stop is said by where and how fast it starts. The kernel computes that
             pace p (system/pace.hpp). It sets the step of the search where it is more than FASTER
             times the fastest rate of the machine. A force is not split off as a particular motion where
-            that would be LARGER times what the force moves within 1 / p,
+            that would be SPLIT_RESPONSE times what the force moves within 1 / p,
 
-                p^2 > LARGER |k - omega^2 + i c omega|,                                     (1)
+                p^2 > SPLIT_RESPONSE |k - omega^2 + i c omega|,                                     (1)
 
             k and c those of a block that it pushes: the start would be lost in its rounding. A constant force that
             is split off as an equilibrium, where damping is not classical, counts as one of omega = 0. Then the
             flow is written without blocks. So it is next to a resonance, where (1) holds with k + omega^2 for p^2.
-Accuracy    a particular motion costs the digits of LARGER, four; velocities v / rate those of FASTER, three
+Accuracy    a particular motion costs the digits of SPLIT_RESPONSE, four; velocities v / rate those of FASTER, three
 Reference   theory.md, "Flight"
 """
 
@@ -33,7 +33,7 @@ from vibroimpact._core.scalars import (
     square_root,
 )
 from vibroimpact._core.types import Floats, Rows
-from vibroimpact.compile.coordinates import LARGER, Blocks
+from vibroimpact.compile.coordinates import SPLIT_RESPONSE, Blocks
 from vibroimpact.compile.modes import FASTEST, SLOWEST
 from vibroimpact.model.mechanism import Mechanism, with_mass
 
@@ -106,11 +106,11 @@ def paces_of(
 
 def most_by_forces(blocks: Blocks, omegas: list[float], stiffnesses: list[float]) -> list[float]:
     """(1) for p, of every block that a line pushes, and of those of which an equilibrium was split off."""
-    found = [square_root(LARGER * k) for k in stiffnesses]
+    found = [square_root(SPLIT_RESPONSE * k) for k in stiffnesses]
     for omega, pushes in zip(omegas, blocks.pushes, strict=True):
         for j, (k, c) in enumerate(zip(blocks.k, blocks.c, strict=True)):
             if any(x != 0.0 for row in pushes[2 * j : 2 * j + 2] for x in row):
                 spring, dash = k - omega * omega, c * omega
                 size = square_root(spring * spring + dash * dash)
-                found.append(square_root(LARGER * size))
+                found.append(square_root(SPLIT_RESPONSE * size))
     return found

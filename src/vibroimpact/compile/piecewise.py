@@ -86,23 +86,23 @@ from vibroimpact.model.friction_lines import along_line, friction_lines
 from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
 
-RADIX = 7  # states of an element in a code
-FEW = 32  # modes: up to this number, all are built at first
+STATES_PER_ELEMENT = 7  # an element has so many states in a code
+MOST_MODES_AT_FIRST = 32  # up to this number of modes, all are built at first
 HELD_TOGETHER = "mobility of the contacts that are closed and the friction that sticks"
 # Sine squared of the angle of two lines: forces of each are good to half the digits.
-NEARLY = 2.0**-26
+SAME_LINE_SINE_SQUARED = 2.0**-26
 
 
 def code_of_states(states: tuple[int, ...], contacts: int) -> int:
     """Code of the mode with these states and no closed contact."""
-    number = sum(int(state) * RADIX**i for i, state in enumerate(states))
+    number = sum(int(state) * STATES_PER_ELEMENT**i for i, state in enumerate(states))
     return int(number * 3**contacts)
 
 
 def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]:
     """State of each element in a mode of this code."""
     code //= 3**contacts
-    return tuple(code // RADIX**i % RADIX for i in range(elements))
+    return tuple(code // STATES_PER_ELEMENT**i % STATES_PER_ELEMENT for i in range(elements))
 
 
 class Light(NamedTuple):
@@ -197,7 +197,7 @@ class Piecewise:
             if linear.null_space(rows) is None:
                 continue  # the same
             (a, b), (_, c) = product(rows, self._accelerations(transpose(rows)))
-            if a * c - b * b <= NEARLY * (a * c):
+            if a * c - b * b <= SAME_LINE_SINE_SQUARED * (a * c):
                 raise InvalidParameterError(
                     f"elements[{first + i}] and elements[{first + j}]: frictions on nearly the same line (rows "
                     f"{one.row} and {other.row}), so that the force of each is not determined while both "
@@ -265,9 +265,9 @@ class Piecewise:
             for i in range(contacts)
         ]
         closed = list(itertools.product(*sides))
-        if len(states) > FEW:
+        if len(states) > MOST_MODES_AT_FIRST:
             return [0]
-        if len(states) * len(closed) > FEW:
+        if len(states) * len(closed) > MOST_MODES_AT_FIRST:
             closed = closed[:1]
         pairs = itertools.product(closed, states)  # open ones come first
         return [

@@ -28,7 +28,8 @@ from vibroimpact._core.scalars import rounded_down
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.model.hybrid_system import HybridSystem
 
-LONGEST = 2.0**20  # steps of (2) in t_max: a start next to zero by rounding makes no step shorter
+# T_max has so many steps of (2) at most: a start next to zero by rounding makes no step shorter.
+MOST_STEPS = 2.0**20
 LEAST_SIZE = 2.0**-100  # of what is pushed in any mode: 2^256 is where motions are said to diverge
 LEAST_RATE = 2.0**-40  # of matrices against (2), where there is no t_max: likewise
 ACROSS, FREE_LEVELS = 16.0, 3  # (3)
@@ -54,7 +55,7 @@ def units_of(system: HybridSystem, mode: str, y: Floats, t_max: float) -> Units:
     turning = [_cycle_rate(b) for b in matrices]
     own = [max(rate, waves) for rate in turning]
     groups = _groups(np.sum(matrices, axis=0))
-    limit = LONGEST / t_max if t_max < math.inf else max(turning) / LEAST_RATE or math.inf
+    limit = MOST_STEPS / t_max if t_max < math.inf else max(turning) / LEAST_RATE or math.inf
     floors = [
         min(_pushed_rate(b, p, given, groups), limit) for b, p in zip(matrices, pushes, strict=True)
     ]

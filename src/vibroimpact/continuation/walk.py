@@ -40,12 +40,13 @@ from vibroimpact.continuation.special import LocatedZero, at_end, at_start, loca
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
 EXCUSED_BELOW = 1.0 / 64.0
-CLOSED = 1e-6  # |y - y_start| on return (4): a hundred times the error of the expansions
-PARALLEL = 1e-3  # difference of unit tangents of a curve and its image
+# |y - y_start| of (4) on return is less: a hundred times the error of the expansions.
+CLOSING_DISTANCE = 1e-6
+PARALLEL_TANGENTS = 1e-3  # unit tangents of a curve and its image that differ by less are parallel
 # A curve may start on a special point, known to rounding: a terminal event there does not stop it,
 # and a closed curve does not list it twice.
 AT_START = 1e-8
-BULGE = 1e-10  # distance by which the expansion may leave the bounds of p (1), in scaled p
+BULGE_OF_BOUNDS = 1e-10  # the expansion may leave the bounds of p (1) by so much, in scaled p
 
 CurveProgress = Callable[[int, float], None]
 StopRule = Callable[[Floats, float], str]  # reason to end a curve at (z, p), or empty
@@ -341,7 +342,7 @@ def _exit_between_nodes(problem: Scaled, panel: Panel) -> Floats | None:
     for s in p.extrema():
         y = panel.curve.at(s)
         bound = problem.inside(y)[-1]
-        if abs(y[-1] - bound) > BULGE:
+        if abs(y[-1] - bound) > BULGE_OF_BOUNDS:
             crossing = first_zero(Expansion(0.0, panel.length, p.values - bound))
             guess: Floats = panel.curve.at(s if crossing is None else crossing)
             guess[-1] = bound
@@ -387,7 +388,8 @@ def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
     """Whether the curve after a point is the image of the part before it (5)."""
     unit = direction / np.linalg.norm(direction)
     return any(
-        np.linalg.norm(image - y) <= CLOSED and np.linalg.norm(along + unit) <= PARALLEL
+        np.linalg.norm(image - y) <= CLOSING_DISTANCE
+        and np.linalg.norm(along + unit) <= PARALLEL_TANGENTS
         for image, along in problem.images(y, unit, y)
     )
 
@@ -432,10 +434,12 @@ def _passes(panel: Panel, y: Floats, tangent: Floats) -> float | None:
         return None
     ahead = Expansion(0.0, panel.length, apart @ tangent)
     s = first_zero(ahead) if ahead.values[0] < 0.0 else None
-    if s is None or float(np.linalg.norm(panel.curve.at(s) - y)) > CLOSED:
+    if s is None or float(np.linalg.norm(panel.curve.at(s) - y)) > CLOSING_DISTANCE:
         return None
     slope = panel.curve.slope(s)
-    return s if np.linalg.norm(slope / np.linalg.norm(slope) - tangent) <= PARALLEL else None
+    return (
+        s if np.linalg.norm(slope / np.linalg.norm(slope) - tangent) <= PARALLEL_TANGENTS else None
+    )
 
 
 def _image(problem: Scaled, node: Node, y: Floats, direction: Floats) -> Node:

@@ -33,7 +33,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
 from vibroimpact.design.search import (
-    NO_VALUE,
+    UNVALUED_WORTH,
     Constraint,
     Search,
     constraints_of,
@@ -218,7 +218,7 @@ class Design(Result):
 
         names = list(self.parameters)
         table, worth = np.array(self.search.table), np.array(self.search.worth)
-        valued = np.where(worth < NO_VALUE, self.objective.sign * worth, math.nan)
+        valued = np.where(worth < UNVALUED_WORTH, self.objective.sign * worth, math.nan)
         robust, sensitivity = self.robust, self.sensitivity
         across = {
             "best": list(self.parameters.values()),
@@ -421,7 +421,7 @@ def sobol(low: Floats, high: Floats, count: int, seed: int) -> Floats:
 def _refuse_constant(search: Search) -> None:
     """Refuse an objective that does not depend on the parameters."""
     worth = np.array(search.worth)
-    valued = worth[worth < NO_VALUE]
+    valued = worth[worth < UNVALUED_WORTH]
     if not valued.size:
         _ = search.best  # names what is wrong
     elif len(valued) > 1 and np.ptp(valued) <= CONSTANT_RELATIVE_RANGE * np.abs(valued).max():

@@ -40,7 +40,7 @@ from vibroimpact.simulation.simulate import Run, simulate
 
 # An orbit that is found twice, even next to a fold, has states that agree so well.
 SAME_ORBIT_RELATIVE = 1e-6
-SETTLING = 2000  # impacts simulated from a state
+SETTLING_IMPACTS = 2000  # so many impacts are simulated from a state
 
 
 class Guess(NamedTuple):
@@ -318,7 +318,7 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
 def _run_from(system: System, state: State, sequence: tuple[Stop, ...] | None) -> Run:
     if sequence is not None:
         return simulate(system, state, impacts=2 * len(sequence) + 1)
-    return simulate(system, state, impacts=SETTLING)
+    return simulate(system, state, impacts=SETTLING_IMPACTS)
 
 
 def _from_run(

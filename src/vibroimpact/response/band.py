@@ -17,7 +17,8 @@ from vibroimpact.model.system import System, mechanism_of
 
 Unit = Literal["", "Hz"]
 FACTORS = {"": 1.0, "Hz": 1.0 / (2.0 * math.pi)}  # from the unit of the parameter
-FACTOR = 1e-9  # relative: a parameter that all frequencies are proportional to
+# All frequencies are so nearly proportional to a parameter that scales them.
+PROPORTIONAL_RELATIVE = 1e-9
 
 
 class Band(NamedTuple):
@@ -85,9 +86,9 @@ def is_frequency(system: System, parameter: str) -> bool:
     value, varied = parameter_value(system, parameter), expanded(system, parameter)
     for force in varied.forces:
         omega, by = jet(force.omega).coefficients[:2]
-        if abs(by * value - omega) > FACTOR * omega:
+        if abs(by * value - omega) > PROPORTIONAL_RELATIVE * omega:
             return False
-    return abs(derivative(jet(varied.omega)) - 1.0) <= FACTOR
+    return abs(derivative(jet(varied.omega)) - 1.0) <= PROPORTIONAL_RELATIVE
 
 
 def _check_frequency(system: System, parameter: str, unit: str) -> None:

@@ -33,8 +33,10 @@ if TYPE_CHECKING:
 COMPARISONS = ("linear", "tuned")
 COMPARED_POINTS = 200  # a comparison is measured at so many values of the band
 UNREACHED_LIMIT = 1e100  # a stop at this limit is never met
-SUMMIT = 1e-6  # relative: a maximum is located so well, and is one if it is so much higher
-UNBOUNDED = 1e4  # times the largest value at those: a resonance without damping
+# A maximum is located so well, and is one if it is so much higher than its neighbours.
+MAXIMUM_RELATIVE = 1e-6
+# A value that is so many times the largest of the others is a resonance without damping.
+RESONANCE_RATIO = 1e4
 
 _KNOWN: WeakKeyDictionary[Response, dict[str, tuple[Floats, Floats]]] = WeakKeyDictionary()
 
@@ -104,16 +106,16 @@ def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
     if np.isnan(measured).all():
         return math.nan, math.nan
     k = int(np.nanargmax(measured))
-    if measured[k] - np.nanmin(measured) <= SUMMIT * measured[k]:
+    if measured[k] - np.nanmin(measured) <= MAXIMUM_RELATIVE * measured[k]:
         return math.nan, float(measured[k])
     inner = values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]
     value_at = measured_beside(response, which)
     found = minimize_scalar(
         lambda value: -value_at(value), bounds=inner, method="bounded",
-        options={"xatol": SUMMIT * (inner[1] - inner[0])},
+        options={"xatol": MAXIMUM_RELATIVE * (inner[1] - inner[0])},
     )  # fmt: skip
     largest, place = max((measured[k], values[k]), (-found.fun, found.x))
-    return float(place), float(largest) if largest < UNBOUNDED * measured[k] else math.inf
+    return float(place), float(largest) if largest < RESONANCE_RATIO * measured[k] else math.inf
 
 
 def is_comparable(response: Response) -> bool:

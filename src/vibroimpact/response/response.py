@@ -75,7 +75,7 @@ if TYPE_CHECKING:
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 MOST_NAMED_MOTIONS = 8  # a list names so many motions at most
-END = -1  # kind at the last point of a curve, from which no stretch begins
+END_KIND = -1  # no stretch begins at the last point of a curve, which has this kind
 SAME_TOUCH_OF_BAND = 1e-6  # touches that are so near, relative to the band, are at one value
 TRIED_MOTIONS = 3  # an orbit is looked for from so many simulated motions of a kind
 
@@ -231,7 +231,7 @@ class Response(Result):
 
         name = self.parameter
         curves = self.curves
-        kinds = [np.append(curve.stability, END) for curve in curves]
+        kinds = [np.append(curve.stability, END_KIND) for curve in curves]
         answers = [answer for many in self.answers for answer in many]
         off = {id(answer) for answer in self.unexplained}
         measures = self.simulation.measures  # the others are those of its row
@@ -258,7 +258,7 @@ class Response(Result):
                     "point", np.concatenate(kinds).astype(np.int8) if kinds else np.empty(0, np.int8),
                     {
                         "long_name": "kind of the stretch to the next point",
-                        "flag_values": np.array([END, 0, 1, 2], dtype=np.int8),
+                        "flag_values": np.array([END_KIND, 0, 1, 2], dtype=np.int8),
                         "flag_meanings": "end_of_curve stable unstable not_admissible",
                     },
                 ),

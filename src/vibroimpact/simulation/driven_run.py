@@ -15,7 +15,7 @@ from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import Run, RunEnd, assembled, begin, phases_of, settled
-from vibroimpact.simulation.simulator import ENDLESS
+from vibroimpact.simulation.simulator import ENDLESS_EVENTS
 
 
 class Lines(NamedTuple):
@@ -75,7 +75,7 @@ def simulate_driven(system: System, state: State, lines: Lines) -> Run:
 def _piece(compiled: Compiled, at: Any, time: float, length: float, parts: list[Any]) -> RunEnd:
     """Run along one line, and put its times on the clock of the run."""
     while True:
-        part = compiled.kernel.simulate(at, length, math.inf, ENDLESS, ENDLESS)
+        part = compiled.kernel.simulate(at, length, math.inf, ENDLESS_EVENTS, ENDLESS_EVENTS)
         high = part["high"] + time
         rest = high - time  # two-sum: what the clock loses goes to its lower part
         part["low"] = part["low"] + ((time - (high - rest)) + (part["high"] - rest))

@@ -15,7 +15,7 @@ Accuracy    (3) holds to rounding for any weights, since it holds for every impa
             The scatter of 16 blocks has an error of 18 %, and assumes that correlations are shorter
             than a block. A slow drift (a transient that remains, tangents that still turn) is in
             the second part of (4), which by chance alone raises an error by a sixth on average.
-            A flight that would turn all tangents into one direction is cut (`LOSS`).
+            A flight that would turn all tangents into one direction is cut (`LOST_FOLDS`).
 Fails       -inf from an exponent on: chatter that ends in rest, sticking and plastic impacts let
             the motion forget directions. nan: the motion ends, a contact never opens, or an impact
             grazes.
@@ -46,10 +46,10 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.derivatives import map_derivative
 from vibroimpact.simulation.lyapunov import (
-    ALIGNING,
-    BLOCKS,
+    ALIGNING_DIVISOR,
     ERRORS,
     FEWEST_BLOCKS,
+    FIRST_BLOCKS,
     errors_of,
     parts_of,
     weighted_ratio,
@@ -65,13 +65,15 @@ from vibroimpact.simulation.simulate import (
     phase_after,
     phases_of,
 )
-from vibroimpact.simulation.simulator import CHUNK, Simulator
+from vibroimpact.simulation.simulator import CHUNK_EVENTS, Simulator
 
-NOT_OWN = 1e-6  # of a rate: farther from it is no estimate of it
-VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
-LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations
-TANGENTS = 6  # that the kernel carries at once
-FREE = 0  # code of the mode without closed contacts
+# An exponent that is farther from a rate, relative to it, is no estimate of it.
+OWN_RATE_RELATIVE = 1e-6
+VANISHED_LENGTH = 2.0**-44  # rounding leaves this of length 1, as in the kernel (growth.hpp)
+# Tangents may lose their angles by so many e-folds between two orthonormalisations.
+LOST_FOLDS = 8.0
+KERNEL_TANGENTS = 6  # the kernel carries so many tangents at once
+FREE_CODE = 0  # the mode without closed contacts has this code
 NOT_REPEATED = "chatter or sticking could not be repeated"
 NEVER_FREE = (
     "no free flight ends in an impact at one contact: a contact stays closed, or all impacts are "
@@ -269,7 +271,7 @@ def lyapunov_spectrum(
     >>> found.values.shape, found.determinant_error < 1e-12
     ((4,), True)
     """
-    check_count("impacts", impacts, BLOCKS)
+    check_count("impacts", impacts, FIRST_BLOCKS)
     check_count("settle_impacts", settle_impacts, 0)
     mechanism = mechanism_of(system)
     lines = max(len(mechanism.forces) - 1, 0)
@@ -299,14 +301,14 @@ def _from_events(
     motion: Simulator, impacts: int, wanted: int, most: int, count: int | None
 ) -> LyapunovSpectrum:
     """Growth of tangents from event to event, as the kernel has it; of any machine."""
-    if count is not None and count > TANGENTS:
+    if count is not None and count > KERNEL_TANGENTS:
         raise refusal(
-            "count", count, f"at most {TANGENTS}",
+            "count", count, f"at most {KERNEL_TANGENTS}",
             "Of a machine with elements the kernel carries so many tangents.",
         )  # fmt: skip
     m = motion.compiled.mechanism
-    wanted, events = min(wanted, TANGENTS), events_for(m, impacts)
-    tangents = min(wanted + len(m.massless), TANGENTS)
+    wanted, events = min(wanted, KERNEL_TANGENTS), events_for(m, impacts)
+    tangents = min(wanted + len(m.massless), KERNEL_TANGENTS)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
 
     def through(count: int, every: int) -> Any:
@@ -348,7 +350,7 @@ def _of_states(found: LyapunovSpectrum, m: Mechanism, wanted: int) -> LyapunovSp
     own = -float(Piecewise(m).scale) if m.massless else 0.0
     kept = list(range(len(found.values)))
     for _ in m.massless:
-        far = np.abs(found.values - own) > NOT_OWN * abs(own) + 4.0 * found.errors
+        far = np.abs(found.values - own) > OWN_RATE_RELATIVE * abs(own) + 4.0 * found.errors
         fictitious = [k for k in kept if not far[k]] or [
             k for k in kept if np.isneginf(found.values[k])
         ]
@@ -384,7 +386,7 @@ def _without(count: int, end: RunEnd, reason: str) -> LyapunovSpectrum:
 
 def _last_part(growth: Floats, duration: Floats) -> int:
     """Index from which on the motion is the last one (parts_of)."""
-    size = max(1, len(duration) // BLOCKS)
+    size = max(1, len(duration) // FIRST_BLOCKS)
     starts = np.arange(0, len(duration) // size * size, size)
     blocks = np.add.reduceat(growth, starts), np.add.reduceat(duration, starts)
     return int(starts[parts_of(*blocks)[-1].start])
@@ -405,7 +407,7 @@ def _estimated(
         return _without(wanted, end, "an impact grazes: derivatives are infinite there")
     used, first = len(duration), 0
     if end is not RunEnd.OBSERVER:
-        first = used // ALIGNING
+        first = used // ALIGNING_DIVISOR
         used -= first
         if used < FEWEST_BLOCKS:
             return _without(wanted, end, end.sentence)
@@ -501,7 +503,7 @@ class _Growth:
         announcement = Announcement("impacts", impacts)
         while left > 0 and room > 0:
             announcement.after(impacts - left)
-            part = self.motion.events(min(left, CHUNK))
+            part = self.motion.events(min(left, CHUNK_EVENTS))
             end = RunEnd(part["why"])
             if end not in GOES_ON:
                 self.reason = end.sentence
@@ -531,7 +533,7 @@ class _Growth:
 
     def _rows_of(self, events: _Events) -> _Rows:
         """Parts of the motion from one impact between free flights to the next."""
-        free = events.mode == FREE
+        free = events.mode == FREE_CODE
         impact = (events.status == Status.IMPACT) & free
         impact[1:] &= free[:-1]
         impact[:1] = False
@@ -655,7 +657,7 @@ class _Growth:
     def _states(self, events: _Events, which: NDArray[np.intp], offsets: Floats) -> Floats:
         """(x, v, theta) some time after these events, in the free flight that follows, (K, 2n+1)."""
         states = self.kernel.evaluate(
-            [FREE] * len(which), np.ascontiguousarray(events.y[which]), offsets
+            [FREE_CODE] * len(which), np.ascontiguousarray(events.y[which]), offsets
         )
         exact = offsets == 0.0  # positions after an impact lie on its stop, to the last bit
         states[exact] = events.after[which[exact]]
@@ -681,7 +683,7 @@ def _rates_of(m: Mechanism) -> tuple[float, float]:
     decay, stiff = inverse @ np.array(m.damping), inverse @ np.array(m.stiffness)
     rates = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiff, -decay]])).real
     spread = float(rates.max() - rates.min())
-    return float(np.trace(decay)), LOSS / spread if spread > 0.0 else math.inf
+    return float(np.trace(decay)), LOST_FOLDS / spread if spread > 0.0 else math.inf
 
 
 def _generic(size: int, count: int, flow: Floats, forced: bool) -> Floats:
@@ -700,7 +702,7 @@ def _orthonormal(moved: Floats, growth: Floats) -> Floats:
     frame, upper = np.linalg.qr(moved)
     left = np.abs(upper.diagonal())
     whole = np.sqrt((upper * upper).sum(axis=0))
-    gone = left <= VANISHED * np.maximum(whole, 1.0)
+    gone = left <= VANISHED_LENGTH * np.maximum(whole, 1.0)
     growth += np.log(np.where(gone, 1.0, left))
     growth[gone] = -math.inf
     return frame  # in place of what is gone, any direction that completes the frame
@@ -710,7 +712,7 @@ def _beyond(events: _Events, a: int, b: int) -> float:
     """What the events between two impacts add to the right side of (3)."""
     between = slice(a + 1, b)
     kinds = events.status[between]
-    if np.any(events.mode[between] != FREE) or np.any(kinds == Status.CHATTER):
+    if np.any(events.mode[between] != FREE_CODE) or np.any(kinds == Status.CHATTER):
         return -math.inf
     return math.nan if np.any(kinds == Status.SIMULTANEOUS) else 0.0
 

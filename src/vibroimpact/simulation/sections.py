@@ -32,7 +32,7 @@ from vibroimpact.simulation.simulate import (
     rounded_times,
     states_of_modes,
 )
-from vibroimpact.simulation.simulator import CHUNK, Impacts, Simulator, joined
+from vibroimpact.simulation.simulator import CHUNK_EVENTS, Impacts, Simulator, joined
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -339,7 +339,7 @@ def take_changes(
     while found < points and end in GOES_ON:
         announcement.after(found + discard)
         begin, missing = motion.at, points - found
-        part = motion.next_events(CHUNK)
+        part = motion.next_events(CHUNK_EVENTS)
         chosen, states = _changes_in(motion, part, before, at)
         if len(chosen) >= missing:  # again, up to the last of them
             motion.at = begin
@@ -352,7 +352,7 @@ def take_changes(
         if found >= 0:
             parts.append(part)
             rows.append((part, chosen[skipped:], states[skipped:]))
-        if spent > EVENTS_PER_POINT * (points + discard) + CHUNK and found < points:
+        if spent > EVENTS_PER_POINT * (points + discard) + CHUNK_EVENTS and found < points:
             break
 
     def picked(empty: Any, pick: Any) -> Any:

@@ -64,7 +64,7 @@ from vibroimpact.tori.solve import (
     tangent,
 )
 
-LARGEST_TURN = 0.8  # cosine between neighbouring tangents
+LEAST_TURN_COSINE = 0.8  # neighbouring tangents have a larger cosine of their angle
 FASTER, SLOWER = 1.6, 0.5
 LOCATED, SEARCHES = 1e-9, 40  # (4): of the range of the parameter; circles tried
 
@@ -312,7 +312,9 @@ def _step(
             after = family.solved(guess, along)
         if after.status == FOUND:
             there = family.tangent(after, along)
-            if _cosine(along, there) > LARGEST_TURN or _passed_centre(found.trial, after.trial):
+            if _cosine(along, there) > LEAST_TURN_COSINE or _passed_centre(
+                found.trial, after.trial
+            ):
                 return after, there, max(length, family.steps.least), at_bound
             why = "the family turns"
         else:

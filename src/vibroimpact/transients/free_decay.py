@@ -43,9 +43,11 @@ if TYPE_CHECKING:
 
 NAME = re.compile(r"([xv])([1-9]\d*)")
 MANY_IMPACTS = 2**40
-SPARE = 20.0  # the default duration: until the slowest part of the linear motion is to / SPARE
-LONGEST = 2e5  # radians of the fastest rate
-CYCLES = 200  # of the slowest vibration of a machine that does not decay
+# By default it takes until the slowest part of the linear motion is to / SPARE_DECAY.
+SPARE_DECAY = 20.0
+MOST_RADIANS = 2e5  # it takes so many radians of the fastest rate at most
+# A machine that does not decay is simulated over so many of its slowest vibration.
+UNDAMPED_CYCLES = 200
 MOST_SAMPLES = 10**7
 GROWS = (
     1e-7  # of the fastest rate: a double zero, as of a free mass, is known to the root of rounding
@@ -351,10 +353,10 @@ def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:
     turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO_RELATIVE * fastest])
     cycle = 2.0 * math.pi / float(turning.min()) if turning.size else 0.0
     if decaying.size:
-        wanted = math.log(SPARE / to) / float(decaying.min()) + cycle
+        wanted = math.log(SPARE_DECAY / to) / float(decaying.min()) + cycle
     else:
-        wanted = CYCLES * (cycle or 1.0 / fastest)
-    return min(wanted, LONGEST / fastest), cycle
+        wanted = UNDAMPED_CYCLES * (cycle or 1.0 / fastest)
+    return min(wanted, MOST_RADIANS / fastest), cycle
 
 
 def _flown(m: Mechanism, state: State, span: float) -> Flights:

@@ -31,7 +31,7 @@ from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
 from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
 
-SHOWN = 6  # differences between two specifications that a message lists
+MOST_SHOWN_DIFFERENCES = 6  # a message lists so many differences between two specifications at most
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
 
 
@@ -206,10 +206,14 @@ def _check(path: Path, specification: SweepSpec) -> None:
     stored = _specification_in(path)
     different = specification.differences(stored)
     if different:
-        more = f"; and {len(different) - SHOWN} more" if len(different) > SHOWN else ""
+        more = (
+            f"; and {len(different) - MOST_SHOWN_DIFFERENCES} more"
+            if len(different) > MOST_SHOWN_DIFFERENCES
+            else ""
+        )
         raise InvalidParameterError(
             f"store = {str(path)!r}: holds another sweep. Requested is "
-            f"{'; '.join(different[:SHOWN])}{more}. Name another store, or ask what it holds."
+            f"{'; '.join(different[:MOST_SHOWN_DIFFERENCES])}{more}. Name another store, or ask what it holds."
         )
 
 

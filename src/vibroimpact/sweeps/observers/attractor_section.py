@@ -8,7 +8,8 @@ from vibroimpact.simulation.places import AtChange, AtPhase, AtStop, place_in
 from vibroimpact.sweeps.observers.section import Section
 from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
 
-STROBES = 32  # points at a phase: periods up to half of them are recognised
+# A section has so many points at a phase: periods up to half of them are recognised.
+STROBE_POINTS = 32
 
 
 def observed_place(system: System, at: AtStop | AtPhase | None) -> AtStop | AtPhase:
@@ -23,7 +24,7 @@ def observed_place(system: System, at: AtStop | AtPhase | None) -> AtStop | AtPh
 
 
 def section_observer(
-    at: AtStop | AtPhase, points: int, strobes: int = STROBES
+    at: AtStop | AtPhase, points: int, strobes: int = STROBE_POINTS
 ) -> Section | Stroboscopic:
     """So many ``points`` at a stop; ``strobes`` at a phase of the force."""
     if isinstance(at, AtStop):
