@@ -41,7 +41,7 @@ class ProgressReport(NamedTuple):
     total
         Of so many; None where the end is not known.
     text
-        The same in words.
+        The whole report in words.
     """
 
     stage: str

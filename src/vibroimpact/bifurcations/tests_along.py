@@ -88,7 +88,7 @@ class AtMultiplier:
         self._pair = CriticalPair(condition.equations)
 
     def __call__(self, z: Floats, w: Floats, a: Pair) -> Mapping[str, float]:
-        """(1) to (4)."""
+        """Values of the test functions (1) to (4)."""
         tests = {PAIR: self._pair.tau(z, a)}
         if self.condition.multiplier == 1.0:
             tests[CUSP] = self._cusp(z, w, a)
@@ -126,7 +126,7 @@ class AtPair:
         self._multiplier = CriticalMultiplier(condition.equations, 1.0)
 
     def __call__(self, z: Floats, _w: Floats, a: Pair) -> Mapping[str, float]:
-        """(5) to (8)."""
+        """Values of the test functions (5) to (8)."""
         mu = self.equations.multipliers(z, a)
         i, j = critical_pair(mu)
         kappa = float((mu[i] + mu[j]).real) / 2.0

@@ -82,7 +82,7 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def start_of(arguments: argparse.Namespace, case: Case) -> Start:
-    """One start or many."""
+    """Start, or starts, of the members by the arguments."""
     base = common.start_of(arguments, case, arguments.over)
     random, vary = common.given(arguments, ["starts", "seed"]), arguments.vary
     known = names_of_state(len(base.position))

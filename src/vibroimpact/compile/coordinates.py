@@ -41,7 +41,7 @@ class ModeCoordinates:
     shift: Vector = dataclasses.field(default_factory=list)  # and this, where it is not empty
 
     def in_units(self, units: Vector) -> ModeCoordinates:
-        """The same flow without blocks on other coordinates: y is ``units`` times these, entry by entry."""
+        """Return the flow without blocks on other coordinates: y is ``units`` times these, entry by entry."""
         flow: dict[str, Any] = dict(self.flow)
         if flow:
             flow["b"] = _rows_over(units, columns_by(units, flow["b"]))

@@ -324,7 +324,7 @@ class Compiled:
 
     @cached_property
     def piecewise(self) -> Piecewise:
-        """The same states, numbered alike, in coordinates of the mechanism."""
+        """Modes with these states and numbers in coordinates of the mechanism."""
         h = self._hybrid
         return h if isinstance(h, Piecewise) else Piecewise(self.mechanism)
 

@@ -105,7 +105,7 @@ def paces_of(
 
 
 def most_by_forces(blocks: Blocks, omegas: list[float], stiffnesses: list[float]) -> list[float]:
-    """(1) for p, of every block that a line pushes, and of those of which an equilibrium was split off."""
+    """Solve (1) for p: for blocks that a line pushes, and those of which an equilibrium was split off."""
     found = [square_root(SPLIT_RESPONSE * k) for k in stiffnesses]
     for omega, pushes in zip(omegas, blocks.pushes, strict=True):
         for j, (k, c) in enumerate(zip(blocks.k, blocks.c, strict=True)):

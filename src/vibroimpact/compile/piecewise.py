@@ -115,8 +115,8 @@ class Light(NamedTuple):
     held
         Force of each slider that sticks, by number of the element.
     balance
-        Sum g of the forces on each slider that slips, and on what moves with it, likewise; of those that
-        a dashpot holds there is none.
+        Sum g of the forces on each slider that slips and on what moves with it, by number of the
+        element; a slider that a dashpot holds has none.
     idle
         A slider that slips though no spring holds it and what moves with it, which cannot be.
     """
@@ -354,7 +354,7 @@ class Piecewise:
         return Forces(pull, constraints, multipliers, light, light.idle if never is None else never)
 
     def _without_mass(self, pull: Matrix, held: dict[int, ElementRows[Any]]) -> Light:
-        """(4) and (5); forces of sliders that stick follow from them."""
+        """Solve (4) and (5) for the speeds of coordinates without mass."""
         speeds = {
             self.sliders[number]: self._held_speed(number, part) for number, part in held.items()
         }
@@ -413,7 +413,10 @@ class Piecewise:
         return [x / (self.scale * row[at]) for x in moved]
 
     def _rate_of_balance(self, row: Vector) -> Vector:
-        """(5) over scale: a row whose zero it is, from that of g, on positions, waves and 1."""
+        """Return the row that is zero where (5), over scale, holds.
+
+        ``row`` is that of g, on positions, waves and 1.
+        """
         out = list(row)
         for i in range(self.degrees):
             out[2 * i + 1] = row[2 * i]
@@ -425,7 +428,7 @@ class Piecewise:
         return out
 
     def _put_in(self, row: Vector, speeds: dict[int, Vector]) -> Vector:
-        """A row with the speeds of coordinates without mass put in."""
+        """Replace the speeds of coordinates without mass in a row by the rows that give them."""
         out = list(row)
         for i in speeds:
             out[2 * i + 1] = 0.0
@@ -475,7 +478,7 @@ class Piecewise:
         return out
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
-        """(2)."""
+        """Multipliers (2) of the constraints as rows."""
         if not constraints:
             return []
         rows = [c.row for c in constraints]
@@ -517,7 +520,7 @@ class Piecewise:
     def _project(
         self, constraints: list[Constraint], from_v: Matrix, particular: Matrix, shift: Vector
     ) -> None:
-        """(3)."""
+        """Change the rows by which a mode is entered, as (3) does for its constraints."""
         rows = [c.row for c in constraints]
         lift = self._accelerations(transpose(rows))
         inverse = linear.solve_definite(

@@ -28,10 +28,12 @@ from vibroimpact._core.scalars import rounded_down
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.model.hybrid_system import HybridSystem
 
-# T_max has so many steps of (2) at most: a start next to zero by rounding makes no step shorter.
+# t_max has so many steps of (2) at most: a start next to zero by rounding makes no step shorter.
 MOST_STEPS = 2.0**20
-LEAST_SIZE = 2.0**-100  # of what is pushed in any mode: 2^256 is where motions are said to diverge
-LEAST_RATE = 2.0**-40  # of matrices against (2), where there is no t_max: likewise
+# A size is so large at least, relative to what is pushed in any mode: motions diverge at 2^256.
+LEAST_SIZE = 2.0**-100
+# Where there is no t_max, a rate of the matrices is so large at least, relative to (2).
+LEAST_RATE = 2.0**-40
 ACROSS, FREE_LEVELS = 16.0, 3  # (3)
 
 
@@ -117,7 +119,7 @@ def _groups(b: Floats) -> list[list[int]]:
 
 
 def _reach(near: Flags) -> Flags:
-    """Which states are reached from which."""
+    """Return which states are reached from which."""
     reach = near | np.eye(len(near), dtype=bool)
     for _ in range(len(near).bit_length()):
         reach = np.asarray((reach.astype(float) @ reach) > 0.0)
@@ -125,7 +127,7 @@ def _reach(near: Flags) -> Flags:
 
 
 def _pushed_rate(b: Floats, push: Floats, given: Floats, groups: list[list[int]]) -> float:
-    """(2)."""
+    """Rate (2) of a mode in which nothing turns or decays."""
     rates = []
     for i, size in enumerate(given.tolist()):
         others = [j for j in range(len(given)) if j != i]
@@ -137,7 +139,7 @@ def _pushed_rate(b: Floats, push: Floats, given: Floats, groups: list[list[int]]
 
 
 def _closed(sizes: Floats, b: Floats, rate: float) -> Floats:
-    """(1)."""
+    """Solve (1) for the sizes at a rate."""
     for _ in range(len(sizes)):
         sizes = np.maximum(sizes, (b / rate * sizes[None, :]).max(axis=1))
     return sizes

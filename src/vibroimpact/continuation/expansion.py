@@ -39,7 +39,7 @@ NARROWING_SHARE = 0.9  # (3) is repeated only if the interval shrinks to this sh
 FIRST_ROUNDED_DEGREE = 5
 # So many expansions are nested at most; each gains the square root of the error.
 DEEPEST_EXPANSIONS = 3
-# F is rounded by so much at least, relative to its size.
+# f is rounded by so much at least, relative to its size.
 ROUNDING_OF_VALUES = 16.0 * float(np.finfo(float).eps)
 
 Function = Callable[[float], float]

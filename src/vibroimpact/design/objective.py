@@ -413,7 +413,7 @@ class Judge:
         return with_parameters(self.system, dict(zip(self.names, row.tolist(), strict=True)))
 
     def finer(self, times: int, *, seed: int = 0) -> Judge:
-        """The same with so many times as many steps over the band, and starts; seed 0: its own."""
+        """Return a judge with ``times`` as many steps over the band and starts; seed 0 keeps its own."""
         o = self.objective
         finer = replace(
             o, points=times * (o.points - 1) + 1, starts=times * o.starts, seed=seed or o.seed

@@ -135,7 +135,7 @@ class Design(Result):
 
     @property
     def objective(self) -> Objective:
-        """What it was judged by."""
+        """The objective by which the machine was judged."""
         return self.judge.objective
 
     @cached_property
@@ -172,7 +172,7 @@ class Design(Result):
 
     @cached_property
     def worst_motion(self) -> Motion | None:
-        """Its periodic orbit, or motion without impacts, where it is stable; else None."""
+        """Periodic orbit, or motion without impacts, of the worst motion where that is stable; else None."""
         return motion_of(self.worst, self.judge)
 
     @cached_property
@@ -242,7 +242,7 @@ class Design(Result):
 
     @property
     def label(self) -> str:
-        """What was made small, or large, in words."""
+        """The objective in words, with whether it was made small or large."""
         return label_of(self.judge)
 
     def __repr__(self) -> str:

@@ -79,7 +79,7 @@ class ParetoFront(Result):
         return len(self.table)
 
     def machine(self, number: int) -> System:
-        """One of the machines."""
+        """The machine of a number on the front."""
         check_index("number", number, len(self))
         row = self.table[number].tolist()
         return with_parameters(self.system, dict(zip(self.names, row, strict=True)))

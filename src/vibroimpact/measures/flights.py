@@ -133,7 +133,7 @@ class Rows:
         return dual(self.pieces.gap_row(part))
 
     def gap_rate(self, code: int, part: int) -> Dual:
-        """Its rate."""
+        """Rate of the gap in a mode."""
         return self.gap(code, part) @ self.flow(code)
 
     def embedded(self, states: Floats, by: Floats) -> Dual:

@@ -239,7 +239,7 @@ class Mechanism:
     def on_moving_base(
         self, motion: Harmonic | tuple[Harmonic, ...], direction: tuple[float, ...] | None = None
     ) -> Mechanism:
-        """The same machine on a base that moves; its coordinates are then relative to the base.
+        """Return this machine on a base that moves; its coordinates are then relative to the base.
 
         Springs and dashpots to the ground, stops, and friction on the ground go with the base.
 

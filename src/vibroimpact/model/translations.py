@@ -71,7 +71,7 @@ def _rows(m: Mechanism) -> list[Floats]:
 
 
 def _measured(basis: Floats) -> Translations:
-    """The same space with unit entries at references: the last coordinates that can be."""
+    """Return the space in a basis with unit entries at references: the last coordinates that can be."""
     columns = basis.copy()
     references: list[int] = []
     for i in reversed(range(len(basis))):

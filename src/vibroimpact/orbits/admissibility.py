@@ -101,7 +101,7 @@ class _Flights(NamedTuple):
     impacts: Integers  # (m, 2, 2) contact and side of the impacts at the start and the end
 
     def within(self, segments: Integers) -> _Flights:
-        """Those of some segments only, which keep their numbers."""
+        """Return the flights of some segments, which keep their numbers."""
         kept = np.isin(self.windows.segment, segments)
         return self._replace(windows=self.windows.only(kept), values=self.values[kept])
 

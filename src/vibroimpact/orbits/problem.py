@@ -97,7 +97,7 @@ class Signature:
 
     @property
     def ends(self) -> tuple[End, ...]:
-        """The same as ends of flights in their modes."""
+        """Ends of the flights of the segments that are solved for, with the modes of the flights."""
         flights = self.flights or (Flight(0),) * len(self.impacts)
         return tuple(
             End(*stop, *flight) for stop, flight in zip(self.solved, flights, strict=False)
@@ -225,7 +225,7 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
 
 
 def asymmetry_without_elements(m: Mechanism, cycles: int) -> str:
-    """The same of the stops and forces alone."""
+    """Reason why (x, v) -> (-x, -v) is no symmetry of the stops and forces alone; "" if it is one."""
     if any(m.constant_force):
         return "a constant force has no mirror image"
     for i, contact in enumerate(m.rigid_stops):

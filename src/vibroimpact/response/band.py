@@ -39,7 +39,7 @@ class Band(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """From the unit of the parameter to that of the band."""
+        """Factor from the unit of the parameter to that of the band."""
         return FACTORS[self.unit]
 
     def values(self, count: int) -> Floats:

@@ -62,7 +62,7 @@ class LyapunovEstimate(Result):
     value, error
         Per unit of time, and one standard error by (3) of the module.
     per_impact
-        The same growth per event instead of per time.
+        Growth per event instead of per time.
     growth, duration
         Natural logarithm of the growth, and time, of every block that was used.
     run_end

@@ -90,7 +90,7 @@ class LyapunovSpectrum(Result):
     values, errors
         Per unit of time, largest first, each with one standard error; shape (m,).
     per_impact
-        The same growth per impact instead of per time, shape (m,).
+        Growth per impact instead of per time, shape (m,).
     contraction
         Growth of volumes per unit of time, exactly: the logarithm of restitution^2 over the impacts
         and -trace(M^-1 C) over the flights. -inf where a direction is forgotten; nan after impacts
@@ -342,7 +342,7 @@ def _from_events(
 
 
 def _of_states(found: LyapunovSpectrum, m: Mechanism, wanted: int) -> LyapunovSpectrum:
-    """The largest so many exponents of a machine, without those of velocities that are no states.
+    """Largest ``wanted`` exponents of a machine, without those of velocities that are no states.
 
     The kernel has a velocity for every coordinate. Of one without mass it decays at the rate of the
     mode's scale (compile/piecewise.py), or is forgotten where a mode begins.
@@ -463,7 +463,7 @@ def _joined(*parts: _Events) -> _Events:
 
 
 class _Rows(NamedTuple):
-    """From one impact to the next, K times, with what comes before the last flight of each."""
+    """Intervals from one impact to the next, K of them, with what comes before the last flight of each."""
 
     first: NDArray[np.intp]  # event at the start
     last: NDArray[np.intp]  # event at the end
@@ -552,9 +552,9 @@ class _Growth:
         return _Rows(first, last, base, offset, leads)
 
     def _led(self, events: _Events, a: int, b: int) -> tuple[int, float, list[Floats]]:
-        """From impact a through chatter, sticking or several contacts at once to the flight to b.
+        """Lead from impact a, through chatter, sticking or several contacts at once, to the flight to b.
 
-        Inside free flights, at most at the middle of each, one derivative begins and ends.
+        The derivatives before and after begin and end in free flights, at most at the middle of each.
         """
         other = np.flatnonzero(events.status[a + 1 : b] != Status.GRAZING) + a + 1
         begun, over = int(other[0]), int(other[-1])

@@ -212,7 +212,7 @@ class Run(Result):
 
     @property
     def all_codes(self) -> list[int]:
-        """The same with the code at the start before."""
+        """Code of the mode at the start and after each event."""
         return [self._compiled.codes[mode] for mode in self._mode]
 
     @property
@@ -226,7 +226,10 @@ class Run(Result):
 
     @property
     def all_states(self) -> Codes:
-        """The same with the states at the start before, shape (n_event + 1, n_element)."""
+        """State of every contact and element at the start and after each event.
+
+        The shape is (n_event + 1, n_element), with the columns of ``states``.
+        """
         states = states_of_modes(self._compiled, self._mode)
         states.flags.writeable = False
         return states

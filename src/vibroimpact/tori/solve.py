@@ -60,7 +60,7 @@ class Trial:
     times: Floats  # (N, m) flight times, a guess or the solution
 
     def at_nodes(self, count: int) -> Trial:
-        """The same curve at another number of nodes."""
+        """Return the curve at another number of nodes."""
         points, times = resampled(self.points, count), resampled(self.times, count)
         return replace(self, points=points, times=times)
 

@@ -107,7 +107,7 @@ class FreeDecay(Result):
 
     @cached_property
     def time_without(self) -> float:
-        """The same of the machine without impacts; NaN where that cannot be compared."""
+        """``time`` of the machine without impacts; NaN where that cannot be compared."""
         return math.nan if self._without is None else self._fall(self._without)
 
     def _fall(self, signal: Signal) -> float:
@@ -139,7 +139,7 @@ class FreeDecay(Result):
 
     @cached_property
     def envelope_without(self) -> Extrema | None:
-        """The same of the machine without impacts."""
+        """``envelope`` of the machine without impacts."""
         return None if self._without is None else extrema(self._without)
 
     @cached_property

@@ -104,7 +104,7 @@ class ResponseSpectrum(Result):
 
     @property
     def pseudo_acceleration(self) -> Floats:
-        """Its square times displacement."""
+        """Square of the natural frequency times displacement."""
         found: Floats = self.omega**2 * self.displacement
         return found
 
@@ -259,7 +259,7 @@ def _largest_of(response: RecordResponse) -> tuple[float, float, float, int, boo
 
 
 class _Wave(NamedTuple):
-    """(1) in pieces: shape (k, pieces) each, or what broadcasts to it."""
+    """The motion (1) in pieces: shape (k, pieces) each, or what broadcasts to it."""
 
     s: Floats
     d: Floats
@@ -286,7 +286,7 @@ class _Wave(NamedTuple):
         return _Wave(self.s, self.d, *(mine * a + its * b for a, b in pairs))
 
     def flat(self, shape: tuple[int, ...]) -> _Wave:
-        """Its pieces in one row."""
+        """Return a wave with all pieces in one row."""
         return _Wave(*(np.broadcast_to(part, shape).ravel() for part in self))
 
     def some(self, which: Any) -> _Wave:

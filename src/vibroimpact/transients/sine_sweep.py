@@ -112,7 +112,7 @@ class SineSweep(Result):
 
     @property
     def rms(self) -> Floats:
-        """Its root mean square in each step."""
+        """Root mean square of the row in each step, shape (directions, k)."""
         return np.asarray(self.quantity("rms").values)
 
     @property

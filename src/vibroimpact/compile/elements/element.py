@@ -117,7 +117,7 @@ class ElementRows(Generic[Kind]):
         return speed
 
     def constraint(self) -> Constraint:
-        """What it prescribes in its holding state; of a rigid stop, while it is closed."""
+        """Constraint in the holding state of the element; for a rigid stop, while it is closed."""
         acceleration = self.rows.motion(self.element.motion, 2)
         return Constraint(list(self.element.row), self.held_speed, acceleration)
 

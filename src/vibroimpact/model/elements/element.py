@@ -99,16 +99,16 @@ class Element(ABC):
         return 0 if not self.is_stop or not state else 1 if state % 2 else -1
 
     def spring_at(self, side: int) -> Spring | None:
-        """What presses beyond the stop of a side, where there is one."""
+        """Spring that presses beyond the stop of a side; None where there is none."""
         return None
 
     def limit_at(self, side: int) -> float:
-        """Where the stop of a side begins; infinite where there is none."""
+        """Limit at which the stop of a side begins; infinite where there is none."""
         spring = self.spring_at(side)
         return side * math.inf if spring is None else spring.limit
 
     def pressed(self, state: int) -> Spring | None:
-        """What presses in a state; None where nothing does."""
+        """Spring that presses in a state; None where nothing does."""
         side = self.side_of(state)
         return self.spring_at(side) if side and state not in self.free else None
 

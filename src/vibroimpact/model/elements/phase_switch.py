@@ -128,7 +128,7 @@ class PhaseSwitch(Element):
                 )
 
     def widened(self) -> PhaseSwitch:
-        """Its vectors have a zero more."""
+        """Copy whose forces and impulses have one more entry, which is zero."""
         forces, impulses = (
             tuple((*row, 0.0) for row in rows) for rows in (self.forces, self.impulses)
         )
@@ -136,14 +136,14 @@ class PhaseSwitch(Element):
 
     @property
     def own_forces(self) -> tuple[tuple[float, ...], ...]:
-        """Those of its arcs."""
+        """Forces of the arcs."""
         return self.forces
 
     @property
     def own_impulses(self) -> tuple[tuple[float, ...], ...]:
-        """Those at the beginnings of its arcs."""
+        """Impulses at the beginnings of the arcs."""
         return self.impulses
 
     def caption(self, *sides: int) -> str:
-        """What it does, in words."""
+        """Caption of the element in the picture of a machine."""
         return "forces that switch at phases"

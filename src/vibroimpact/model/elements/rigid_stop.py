@@ -104,7 +104,7 @@ class RigidStop(Element):
         return r if isinstance(r, tuple) else (r, r)
 
     def check_massless(self, light: Sequence[int], name: str) -> None:
-        """It would need an infinite acceleration."""
+        """Refuse a coordinate without mass, which would need an infinite acceleration."""
         for i in light:
             if self.row[i]:
                 raise InvalidParameterError(
@@ -113,7 +113,7 @@ class RigidStop(Element):
                 )
 
     def spring_at(self, side: int) -> Spring:
-        """An infinitely stiff one."""
+        """Infinitely stiff spring at the stop of a side."""
         return Spring(self.upper if side > 0 else self.lower, math.inf, 0.0)
 
     @property

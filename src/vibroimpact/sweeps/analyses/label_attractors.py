@@ -143,7 +143,7 @@ class Class(NamedTuple):
     symbol: Integers
 
     def among(self, table: Table, rows: Rows) -> Rows:
-        """Those of some members that are on the attractor."""
+        """Return the rows of the members that are on the attractor."""
         alike = _alike(table.symbols[rows], self.symbol, self.shape)
         return rows[alike & self.shape.contains(table.points[rows])]
 

@@ -13,7 +13,7 @@ STROBE_POINTS = 32
 
 
 def observed_place(system: System, at: AtStop | AtPhase | None) -> AtStop | AtPhase:
-    """As ``place_in``; no observer has the points at changes of an element."""
+    """Place of ``place_in``, which must be one that observers have: no change of an element."""
     place = place_in(system, at)
     if isinstance(place, AtChange):
         raise refusal(

@@ -131,7 +131,7 @@ def whole(
 
 
 def reals(table: str, texts: dict[str, str], units: str = "", quantity: str = "") -> Variables:
-    """One number per column."""
+    """Real variables, each of one column of the kernel."""
     return {
         name: real(table, text, slice(i, i + 1), units, quantity=quantity)
         for i, (name, text) in enumerate(texts.items())
