@@ -35,7 +35,7 @@ class Slice:
         self._sizes = np.append(equations.sizes, span)
 
     def at(self, p: float) -> Pair:
-        """Both parameters."""
+        """Values of both parameters."""
         return (p, self.held) if self.along == 0 else (self.held, p)
 
     def solution(self, point: LocatedPoint) -> Solution:

@@ -92,7 +92,7 @@ class GrazingContact:
         For p < at and for p > at: the side of the curve of the touch, +1 for larger q, on which the orbits of the curve
         are motions.
     other_sides
-        The same for the orbits with one impact more (GR) or fewer (ZERO); 0 where it is not decided.
+        Those sides for the orbits with one impact more (GR) or fewer (ZERO); 0 where they are not decided.
     impacts
         Number of impacts of both.
     switchable
@@ -182,7 +182,7 @@ class Touching(NamedTuple):
 
 
 def touching(point: BifurcationPoint) -> Touching:
-    """What the contact of the two curves at a touch is computed from."""
+    """Quantities from which the contact of the two curves at a touch is computed."""
     plane, curve = point.problem.equations, point.curve
     assert isinstance(plane, OrbitPlane)
     assert curve is not None

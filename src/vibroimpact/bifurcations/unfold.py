@@ -61,7 +61,7 @@ class Centre:
         return da
 
     def at(self, da: Floats) -> Pair:
-        """Both parameters after a change."""
+        """Values of both parameters after a change."""
         return self.a[0] + float(da[0]), self.a[1] + float(da[1])
 
     def moved(self, zeta: Complexes, da: Floats) -> Floats:

@@ -309,7 +309,7 @@ class GivenSystem:
     def _sliding_watch(
         self, number: int, s: Surface, a: Transition | None, b: Transition | None
     ) -> WayOut:
-        """What both modes leave alike, or for modes that slide on the same surface; else the run ends."""
+        """Way out where both modes are left alike, or for modes on the same surface; else the run ends."""
         known = [(x.below, x.above, x.guard) for x in self.surfaces]
         t = a or b
         assert t is not None

@@ -288,7 +288,7 @@ class Judge:
         return DECIBELS.get(self.measure.dimension, 20.0)
 
     def decibels(self, value: float, beside: float) -> float:
-        """By how much a value is better than another; NaN where one of two that differ is not positive."""
+        """Decibels by which a value is better than another; NaN where one of two that differ is not positive."""
         if value == beside:
             return 0.0
         if not (value > 0.0 and beside > 0.0 and math.isfinite(value) and math.isfinite(beside)):

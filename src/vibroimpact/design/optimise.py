@@ -147,7 +147,7 @@ class Design(Result):
 
     @cached_property
     def reduction_db(self) -> float:
-        """By how many decibels it is better than the machine as given with all its stops open.
+        """Decibels by which it is better than the machine as given with all its stops open.
 
         20 lg of the ratio, 10 lg for a power. A machine without stops is compared with the one that
         was given. NaN where that has no value, or a value of 0.

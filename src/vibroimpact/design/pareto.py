@@ -253,7 +253,7 @@ class _Compromises:
         return self.table[rows], self.worth[rows]
 
     def _try(self, table: Floats) -> Floats:
-        """Both objectives of new machines, infinite for those not allowed; all are kept."""
+        """Evaluate both objectives of new machines, infinite for those not allowed; all are kept."""
         names = self.variables.names
         allowed = [
             not any(violations_of(self.constraints, dict(zip(names, row, strict=True))))
@@ -267,7 +267,7 @@ class _Compromises:
         return worth
 
     def _judged(self, table: Floats) -> Floats:
-        """Both objectives in the sense that less is better, infinite without one."""
+        """Values of both objectives in the sense that less is better, infinite without one."""
         signs = np.array([judge.objective.sign for judge in self.judges])
         worth = Judge.values_of(self.judges, table).T * signs
         return np.where(np.isfinite(worth).all(axis=1, keepdims=True), worth, math.inf)

@@ -254,7 +254,7 @@ class Flights:
         return Dual(series[..., :size], series[..., size:])
 
     def signal(self, row: Callable[[int], Dual]) -> Signal:
-        """What a row on Y in each mode, by its code, says along the motion."""
+        """Signal that a row on Y in each mode, by its code, gives along the motion."""
         table = {code: row(code) for code in {*self.codes}}
         by_window = [table[self.codes[k]] for k in self.windows.segment]
         value, by = (np.array(part) for part in zip(*by_window, strict=True))

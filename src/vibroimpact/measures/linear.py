@@ -32,7 +32,7 @@ HELD_OF_FASTEST_RATE = 1e-9
 
 
 class Reach(NamedTuple):
-    """What a motion leaves of the gap at a stop, and its place in the motion of the contact."""
+    """Least gap that a motion leaves at a stop, and its place in the motion of the contact."""
 
     stop: Stop
     gap: float
@@ -84,7 +84,7 @@ class FreeMotion:
 
     @cached_property
     def reaches(self) -> list[Reach]:
-        """What is left of the gap at every stop, soft ones included; negative beyond it."""
+        """Least gap at every stop, soft ones included; negative beyond it."""
         flights = self.flights()
         found = []
         for number, part in enumerate(self.mechanism.elements):

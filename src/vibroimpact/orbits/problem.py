@@ -175,7 +175,7 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
 
 
 def impacting(m: Mechanism, signature: Signature) -> list[bool]:
-    """Which impacts of a signature are impacts: at rigid stops, and where soft stops are met."""
+    """Return which entries of a signature are impacts: at rigid stops, and where soft stops are met."""
     contacts, flights = len(m.rigid_stops), signature.flights
     out = []
     for k, (number, _) in enumerate(signature.impacts):

@@ -202,7 +202,7 @@ class _Sweep:
                 self._enter(found)
 
     def _why_unresolved(self, run: Run) -> str:
-        """What find_orbit says of a motion without a loop at its end, or with one beyond the bounds.
+        """Reason of find_orbit for a motion without a loop at its end, or with one beyond the bounds.
 
         "" where the end of the motion nearly closes within the bounds, settled or not.
         """

@@ -44,7 +44,7 @@ class Law:
 
 @dataclass
 class Bay:
-    """What is drawn between two masses: heights of lanes, and how each is drawn."""
+    """Parts that are drawn between two masses: heights of lanes, and how each is drawn."""
 
     lanes: list[tuple[float, Draw]] = field(default_factory=list)
     ground: bool = False  # whether it ends at a wall, where it is the first or the last

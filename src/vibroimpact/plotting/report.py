@@ -165,7 +165,7 @@ def coexistence_sentence(response: Response) -> str:
 
 
 def settled(response: Response) -> list[list[Answer]]:
-    """At each simulated value every motion on which the machine settles.
+    """Motions at each simulated value on which the machine settles.
 
     These are the motions that were simulated, and stable orbits that no start reached.
     """
@@ -184,7 +184,7 @@ def _unreached(response: Response, value: float, many: Sequence[Answer]) -> Iter
 
 
 def without_words(system: System) -> str:
-    """What the machine with all stops open is."""
+    """Sentence that says what the machine with all stops open is."""
     try:
         primary_of(system)
     except InvalidParameterError:
@@ -193,7 +193,7 @@ def without_words(system: System) -> str:
 
 
 def machine_words(system: System) -> str:
-    """What a machine is."""
+    """Sentence that says what a machine is."""
     name = name_of(system)
     return name.replace("-", " ") if name else "vibro-impact machine"
 
@@ -262,7 +262,7 @@ def response_section(response: Response, compare: Sequence[str], *, decibel: boo
 
 
 def meaning(response: Response) -> str:
-    """What is measured."""
+    """Section of what is measured."""
     measure = response.measure
     first = " ".join((inspect.getdoc(type(measure)) or "").partition("\n\n")[0].split())
     text = getattr(measure, "text", "")
@@ -270,7 +270,7 @@ def meaning(response: Response) -> str:
 
 
 def motion_section(response: Response) -> list[Block]:
-    """Which kinds of motion occur, where, and how large they are."""
+    """Section of the kinds of motion that occur, where, and how large they are."""
     answers = [answer for many in settled(response) for answer in many]
     grouped = {
         kind: [answer for answer in answers if kind_of(answer.motion) == kind] for kind in KINDS
@@ -358,7 +358,7 @@ def _rows_at(response: Response, own: float) -> Iterator[list[str]]:
 
 
 def limits(response: Response) -> Iterator[str]:
-    """What the statement is true of, and what may be missing."""
+    """Section of what the statement is true of, and what may be missing."""
     m, s = mechanism_of(response.system), response.simulation
     if m.rigid_stops:
         both = sorted({x for one in m.rigid_stops for x in one.restitutions})

@@ -30,7 +30,7 @@ DECIBELS = 60.0  # below the largest value: less is cut off
 
 
 class _Axes(NamedTuple):
-    """Where values go: factor of the band, whether in decibels, and of which quantity."""
+    """Scales of both axes: factor of the band, whether in decibels, and of which quantity."""
 
     over: float
     decibel: bool

@@ -43,7 +43,7 @@ def kind_of(motion: str) -> str:
 
 
 def motion_in_words(motion: str) -> str:
-    """What a motion does, from its name: "repeats every forcing period, with 1 impact ..."."""
+    """Say what a motion does, from its name: "repeats every forcing period, with 1 impact ..."."""
     kind = kind_of(motion)
     found = SYMBOL.fullmatch(motion)
     if found is None or kind == SILENT:
@@ -65,10 +65,10 @@ def _impacts(count: int) -> str:
 
 
 def value_of(answer: Answer) -> str:
-    """What is measured of a motion, with its unit."""
+    """Value that is measured of a motion, with its unit."""
     return number(answer.value, answer.shown.unit)
 
 
 def place_of(answer: Answer) -> str:
-    """Where on the band a motion is, with its unit."""
+    """Place of a motion on the band, with its unit."""
     return number(answer.parameter_shown, answer.shown.unit_across)

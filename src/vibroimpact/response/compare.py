@@ -90,7 +90,7 @@ def comparison(response: Response, which: str) -> tuple[Floats, Floats]:
 
 
 def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
-    """Where a linear machine beside a response has its largest value in the band, and this value.
+    """Place of the largest value of a linear machine beside a response in the band, and this value.
 
     The value is infinite at an undamped resonance, NaN where the machine has no steady motion. The
     place is NaN where the value is the same all over the band.

@@ -87,7 +87,7 @@ def _piece(compiled: Compiled, at: Any, time: float, length: float, parts: list[
 
 
 def _hand_over(parts: list[Any], starts: list[tuple[list[float], int]], lines: Lines) -> None:
-    """After the event at the end of each line the motion is where the next one begins."""
+    """Hand the motion after the event at the end of each line over to the beginning of the next."""
     ends = [part for part in parts if part["why"] == RunEnd.HORIZON]
     followed = zip(ends, starts[1:], lines.value[1:], lines.slope[1:], strict=False)
     for part, (y, mode), value, slope in followed:

@@ -178,7 +178,7 @@ class LyapunovSpectrum(Result):
 
     @property
     def statement(self) -> str:
-        """What the numbers say, in a sentence."""
+        """Sentence of what the numbers say."""
         if self.reason:
             return self.reason
         words = []
@@ -709,7 +709,7 @@ def _orthonormal(moved: Floats, growth: Floats) -> Floats:
 
 
 def _beyond(events: _Events, a: int, b: int) -> float:
-    """What the events between two impacts add to the right side of (3)."""
+    """Add up what the events between two impacts add to the right side of (3)."""
     between = slice(a + 1, b)
     kinds = events.status[between]
     if np.any(events.mode[between] != FREE_CODE) or np.any(kinds == Status.CHATTER):

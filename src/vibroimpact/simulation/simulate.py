@@ -42,11 +42,10 @@ if TYPE_CHECKING:
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
-LONG_PERIODS = (
-    10_000  # forcing periods without an event after which it is asked whether one is to come
-)
-LONG_STEPS = 100_000  # the same in steps of the march, where there is no forcing
-EVENTS_BETWEEN = 64  # events from impact to impact, at most, of a machine with elements
+# After so many forcing periods without an event it is asked whether one is to come.
+LONG_PERIODS = 10_000
+LONG_STEPS = 100_000  # without forcing it is asked after so many steps of the march
+EVENTS_PER_IMPACT = 64  # a machine with elements has so many events per impact at most
 
 
 class Status(IntEnum):
@@ -98,8 +97,9 @@ class RunEnd(IntEnum):
         return _SENTENCES[self]
 
 
-GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)  # by friction, say, without an impact
-ENDS_QUIETLY = (RunEnd.SILENT, RunEnd.QUIET)  # only without t_max
+# A motion that ends so goes on: the record was full, perhaps of events of friction without an impact.
+GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)
+ENDS_QUIETLY = (RunEnd.SILENT, RunEnd.QUIET)  # a motion ends so only without t_max
 
 _SENTENCES = {
     RunEnd.IMPACTS: "the requested number of impacts was reached",
@@ -449,7 +449,7 @@ def events_for(mechanism: Mechanism, impacts: int) -> int:
     Between two impacts there are some releases and grazes, but friction may stick and slip many times.
     """
     stops = any(e.is_stop for e in mechanism.elements)
-    each = EVENTS_BETWEEN if mechanism.switching and stops else 4
+    each = EVENTS_PER_IMPACT if mechanism.switching and stops else 4
     return each * impacts + 64
 
 

@@ -351,7 +351,7 @@ class _Flow:
         self._known: dict[float, tuple[Floats, ...]] = {}
 
     def __call__(self, x: Floats, v: Floats, f: float, k: float, h: float) -> tuple[Floats, Floats]:
-        """After a time h under the force f + k t."""
+        """State after a time h under the force f + k t."""
         if h not in self._known:
             if len(self._known) == KEPT_LENGTHS:  # lengths of an uneven record do not come again
                 self._known.clear()

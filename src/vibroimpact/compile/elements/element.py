@@ -133,5 +133,5 @@ class ElementRows(Generic[Kind]):
                 pull[i] = plus(pull[i], row, sign * x)
 
     def limits(self, state: int, hold: Hold | None, *, pinned: bool) -> list[Limits]:
-        """What ends a state. ``hold`` is what holds it in its holding state; ``pinned``: others prescribe row . v."""
+        """Limits at which a state ends, held by ``hold`` or ``pinned``, where others prescribe row . v."""
         return []

@@ -48,7 +48,7 @@ class PhaseSwitch(Element):
     forces
         One vector of shape (n,) for each arc.
     impulses
-        Likewise, for the beginning of each arc; none where left out.
+        One vector of shape (n,) for the beginning of each arc; no impulses where left out.
     """
 
     kind: ClassVar[str] = "phase_switch"

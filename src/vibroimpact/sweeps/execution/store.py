@@ -90,7 +90,7 @@ class Store:
 
     @property
     def kept(self) -> str:
-        """What is there, and how to go on."""
+        """Sentence that says what is there, and how to go on."""
         tiles = list(tiles_of(tuple(self.schema.grid.values()), self.tile))
         done = len(tiles) - len(self.missing)
         return (

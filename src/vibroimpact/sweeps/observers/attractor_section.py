@@ -26,7 +26,7 @@ def observed_place(system: System, at: AtStop | AtPhase | None) -> AtStop | AtPh
 def section_observer(
     at: AtStop | AtPhase, points: int, strobes: int = STROBE_POINTS
 ) -> Section | Stroboscopic:
-    """So many ``points`` at a stop; ``strobes`` at a phase of the force."""
+    """Observer of so many ``points`` at a stop; ``strobes`` at a phase of the force."""
     if isinstance(at, AtStop):
         return Section(points=points, contact=at.contact, stop=at.stop)
     return Stroboscopic(points=strobes, phase=at.phase)

@@ -52,7 +52,7 @@ class Observer(ABC):
 
     @abstractmethod
     def variables(self, mechanism: Mechanism) -> Variables:
-        """By name: what it returns of a member."""
+        """Variables that it returns of a member, by name."""
 
 
 class Variable(NamedTuple):
