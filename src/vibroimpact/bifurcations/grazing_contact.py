@@ -47,7 +47,7 @@ from vibroimpact.bifurcations.tests_along import nothing
 from vibroimpact.branches.beginning import single_tangent, with_touch, without_impact
 from vibroimpact.branches.kinds import GR, PD, SN, ZERO
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.branches.verify import CRITICAL as AT_CRITICAL
+from vibroimpact.branches.verify import CRITICAL_DISTANCE as AT_CRITICAL
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.model.mechanism import accelerations
 from vibroimpact.normal_forms.critical import Refusal, Status

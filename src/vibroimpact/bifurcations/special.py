@@ -1,8 +1,8 @@
 """Points of codimension two on a continued curve: verified, named, in order.
 
 Method      a zero of a test function of tests_along.py is a point where the multipliers that it stands for are critical
-            within CRITICAL; functions that are also zero at a point of another name are silent there. Zeros with a
-            real pair of product one (neutral saddles) are no bifurcation and left out
+            within CRITICAL_DISTANCE; functions that are also zero at a point of another name are silent there. Zeros
+            with a real pair of product one (neutral saddles) are no bifurcation and left out
             functions of the multipliers that vanish with a closing rate, where a multiplier is infinite and, with one
             degree of freedom, others are not determined, are silent at that touch
             folds of the curve itself, in the second parameter, are none either
@@ -27,7 +27,7 @@ from vibroimpact.branches.family import EVENT, FLIGHT, SPEED, STICK
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.kinds import GR, kind_of_test
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.branches.verify import CRITICAL
+from vibroimpact.branches.verify import CRITICAL_DISTANCE
 from vibroimpact.continuation import Curve, Unresolved
 from vibroimpact.continuation.panel import BRANCH_POINT
 from vibroimpact.continuation.panel import FOLD as TURN
@@ -117,7 +117,7 @@ def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
     if np.abs(rest - critical).min() <= SAME_MULTIPLIER:
         return with_multipliers(critical, critical)
     i, j = critical_pair(rest)
-    if abs(rest[i] * rest[j] - 1.0) > CRITICAL:
+    if abs(rest[i] * rest[j] - 1.0) > CRITICAL_DISTANCE:
         return f"no pair has the product 1 there: nearest {rest[i]:.6g}, {rest[j]:.6g}"
     return with_multipliers(critical, None) if rest[i].imag else ""
 
@@ -125,7 +125,7 @@ def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
 def _on_torus(name: str, mu: Complexes) -> PointKind | str:
     i, j = critical_pair(mu)
     kappa = float((mu[i] + mu[j]).real) / 2.0
-    if abs(mu[i] * mu[j] - 1.0) > CRITICAL:
+    if abs(mu[i] * mu[j] - 1.0) > CRITICAL_DISTANCE:
         return f"no pair has the product 1 there: nearest {mu[i]:.6g}, {mu[j]:.6g}"
     if name in RESONANCES:
         return TWO.get(name, WEAK)
@@ -137,7 +137,7 @@ def _on_torus(name: str, mu: Complexes) -> PointKind | str:
         return _also(mu, 1.0 if name == FOLD else -1.0, None)
     rest = np.delete(mu, [i, j])
     k, m = critical_pair(rest)
-    if abs(rest[k] * rest[m] - 1.0) > CRITICAL:
+    if abs(rest[k] * rest[m] - 1.0) > CRITICAL_DISTANCE:
         return ""  # a product across the pairs
     return with_multipliers(None, None) if rest[k].imag else ""
 

@@ -54,7 +54,7 @@ from vibroimpact.orbits.problem import (
 )
 from vibroimpact.results.tree import Missing
 
-SATURATION = 0.05  # rho_ref, relative to the fastest event at the start
+SATURATION_OF_FASTEST = 0.05  # rho_ref has this ratio to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 EVENT = "event"
 
@@ -237,7 +237,11 @@ class OrbitFamily(OrbitProblem):
 
     def _saturated(self, rates: Floats) -> Floats:
         """Denominators of (1)."""
-        self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or SATURATION
+        self._reference = (
+            self._reference
+            or SATURATION_OF_FASTEST * float(np.abs(rates).max())
+            or SATURATION_OF_FASTEST
+        )
         denominators: Floats = np.sqrt(rates**2 + self._reference**2)
         return denominators
 

@@ -28,7 +28,7 @@ from scipy.optimize import minimize_scalar
 
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED
-from vibroimpact.branches.verify import VANISHED
+from vibroimpact.branches.verify import VANISHED_OF_LARGEST
 from vibroimpact.compile.prescribed import GAP_WATCH, End
 from vibroimpact.continuation import Curve, LocatedPoint, Unresolved
 from vibroimpact.continuation.expansion import brent
@@ -150,7 +150,7 @@ def _no_touch(orbit: Orbit, nearest: Nearest) -> str:
     problem, k = orbit.problem, nearest.segment
     sizes = scale_of(problem, problem.packed(orbit.states, orbit.durations))
     end = End(nearest.contact, nearest.side, problem.modes[k], nearest.watch)
-    if abs(nearest.gap) > VANISHED * guard_sizes(problem, sizes, [end])[0]:
+    if abs(nearest.gap) > VANISHED_OF_LARGEST * guard_sizes(problem, sizes, [end])[0]:
         return f"a least gap changes its sign by a jump: {nearest}"
     if nearest.time in (0.0, float(orbit.durations[k])):
         return f"two impacts at once, one of them not among the prescribed: {nearest}"

@@ -26,7 +26,7 @@ from vibroimpact.compile.reduction import Reduced
 from vibroimpact.compile.vibrations import NormalForm, alone, unit_form
 
 # (slowest / fastest)^2 of blocks that are found in rotated coordinates: six digits are lost there.
-WIDEST = 2.0**-20
+WIDEST_RATE_RATIO = 2.0**-20
 
 
 class Decoupled(NamedTuple):
@@ -99,7 +99,7 @@ def _coupled(r: Reduced, form: NormalForm, group: list[int], *, rotated: bool) -
     if found is None:
         return None
     rates = [k + c * c for k, c in zip(found.k, found.c, strict=True)]  # squares
-    if rotated and least(rates) < WIDEST * greatest(rates):
+    if rotated and least(rates) < WIDEST_RATE_RATIO * greatest(rates):
         return None
     down = transpose(_columns(form.shape, group))
     if _is_driven(found, apply(down, r.external), apply(linear.absolute(down), r.terms)):

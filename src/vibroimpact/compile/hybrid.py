@@ -38,7 +38,7 @@ from vibroimpact.compile.coordinates import (
 )
 from vibroimpact.compile.decoupling import Decoupled, decoupled
 from vibroimpact.compile.modes import (
-    FASTEST,
+    FASTEST_RATE,
     STEP_BITS,
     ElementOfKernel,
     Guard,
@@ -49,7 +49,7 @@ from vibroimpact.compile.modes import (
     contact_laws,
 )
 from vibroimpact.compile.pace import (
-    FASTER,
+    PACE_RATIO,
     most_by_forces,
     paced_parts,
     paced_rate,
@@ -98,7 +98,7 @@ class Hybrid:
         self.dense = not modal or pace > least(by_forces, math.inf)
         self.mixed = not self.dense and isinstance(self._block_forms()[0], Decoupled)
         self.own = greatest([self._rate(), *self.omegas])
-        self.most_pace = least([FASTER * self.own, *by_forces])
+        self.most_pace = least([PACE_RATIO * self.own, *by_forces])
         self.rate = paced_rate(self.own, pace)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.kappas = [1.0] * lines if self.dense else self.omegas
@@ -271,9 +271,9 @@ def hybrid_of(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
         if needs_elements(mechanism)
         else Hybrid(mechanism, pace)
     )
-    if not found.rate <= FASTEST:
+    if not found.rate <= FASTEST_RATE:
         raise InvalidParameterError(
-            f"fastest rate = {found.rate!r} per unit of time: must be at most {FASTEST:.1e}, whose "
+            f"fastest rate = {found.rate!r} per unit of time: must be at most {FASTEST_RATE:.1e}, whose "
             "seventh power is within the range of numbers. Choose another unit of time."
         )
     return found

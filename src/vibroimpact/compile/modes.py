@@ -14,7 +14,8 @@ from vibroimpact.model.stop import Stop
 
 STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
 # Seven derivatives at these rates, of 2^256 of the machine's size, stay within range: 256 + 7 * 108 < 1024.
-SLOWEST, FASTEST = 2.0**-108, 2.0**108
+SLOWEST_RATE = 2.0**-108
+FASTEST_RATE = 2.0**108
 
 
 class Guard(NamedTuple):

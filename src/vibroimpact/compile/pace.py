@@ -3,7 +3,7 @@
 Method      A machine says how fast it moves by the rates of its vibrations, dashpots and forces. A ball that
             falls has none, and with a force as slow as the tides it still has none that matters: how
             fast it meets its stop is said by where and how fast it starts. The kernel computes that
-            pace p (system/pace.hpp). It sets the step of the search where it is more than FASTER
+            pace p (system/pace.hpp). It sets the step of the search where it is more than PACE_RATIO
             times the fastest rate of the machine. A force is not split off as a particular motion where
             that would be SPLIT_RESPONSE times what the force moves within 1 / p,
 
@@ -12,7 +12,7 @@ Method      A machine says how fast it moves by the rates of its vibrations, das
             k and c those of a block that it pushes: the start would be lost in its rounding. A constant force that
             is split off as an equilibrium, where damping is not classical, counts as one of omega = 0. Then the
             flow is written without blocks. So it is next to a resonance, where (1) holds with k + omega^2 for p^2.
-Accuracy    a particular motion costs the digits of SPLIT_RESPONSE, four; velocities v / rate those of FASTER, three
+Accuracy    a particular motion costs the digits of SPLIT_RESPONSE, four; velocities v / rate those of PACE_RATIO, three
 Reference   theory.md, "Flight"
 """
 
@@ -34,10 +34,10 @@ from vibroimpact._core.scalars import (
 )
 from vibroimpact._core.types import Floats, Rows
 from vibroimpact.compile.coordinates import SPLIT_RESPONSE, Blocks
-from vibroimpact.compile.modes import FASTEST, SLOWEST
+from vibroimpact.compile.modes import FASTEST_RATE, SLOWEST_RATE
 from vibroimpact.model.mechanism import Mechanism, with_mass
 
-FASTER = 2.0**10
+PACE_RATIO = 2.0**10
 
 
 def paced_parts(m: Mechanism) -> list[list[Any]]:
@@ -77,8 +77,8 @@ def _along(row: list[float], lift: list[float]) -> float:
 
 def paced_rate(own: float, pace: float) -> float:
     """The rate that sets the step of the search, of a machine with this rate of its own."""
-    found = choose(above(pace, FASTER * own), pace, own)
-    return choose(above(found, 0.0), greatest([found, SLOWEST]), 1.0)
+    found = choose(above(pace, PACE_RATIO * own), pace, own)
+    return choose(above(found, 0.0), greatest([found, SLOWEST_RATE]), 1.0)
 
 
 def paces_of(
@@ -100,7 +100,7 @@ def paces_of(
     """
     which = system.astype(np.int32)
     return _kernel.pace(
-        parts, own, most, which, position, velocity, run, elements, SLOWEST, FASTEST
+        parts, own, most, which, position, velocity, run, elements, SLOWEST_RATE, FASTEST_RATE
     )
 
 

@@ -79,7 +79,7 @@ from vibroimpact.compile.modes import (
     code_of,
     contact_laws,
 )
-from vibroimpact.compile.pace import FASTER, paced_rate
+from vibroimpact.compile.pace import PACE_RATIO, paced_rate
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.friction_lines import along_line, friction_lines
@@ -164,7 +164,7 @@ class Piecewise:
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
         self.own = self._rate()
-        self.most_pace = FASTER * self.own
+        self.most_pace = PACE_RATIO * self.own
         self.rate = paced_rate(self.own, pace) if searched else self.own or 1.0
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)

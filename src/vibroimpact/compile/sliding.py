@@ -36,7 +36,9 @@ from vibroimpact.model.hybrid_system import MOST_GUARDS, HybridSystem, Transitio
 
 Row = tuple[Floats, float]  # on (y, 1)
 
-SLOWEST_MODE, FASTEST_MODE = 1e-12, 1e12  # rates, relative to that of the mode at the start
+# Rates of modes are so large at least, relative to that of the mode at the start.
+SLOWEST_MODE_RELATIVE = 1e-12
+FASTEST_MODE_RELATIVE = 1e12  # they are so large at most
 
 
 class Flow(NamedTuple):
@@ -144,12 +146,12 @@ class GivenSystem:
 
     def _step(self, name: str, flow: Flow) -> float:
         rate = max(balanced_norm(flow.matrix[: self.n, : self.n]), *self.omegas, flow.floor)
-        if not rate <= FASTEST_MODE:
+        if not rate <= FASTEST_MODE_RELATIVE:
             raise InvalidParameterError(
                 f"mode {name!r} has the rate {rate / self.units.time!r}, {rate:.3g} times that of the mode at the "
-                f"start: must be at most {FASTEST_MODE} times."
+                f"start: must be at most {FASTEST_MODE_RELATIVE} times."
             )
-        return rounded_down(STEP_ANGLE / max(rate, SLOWEST_MODE), STEP_BITS)
+        return rounded_down(STEP_ANGLE / max(rate, SLOWEST_MODE_RELATIVE), STEP_BITS)
 
     def _map(self, matrix: Floats, shift: Floats) -> tuple[Floats, Floats] | None:
         n, unit = self.n, self.units.states

@@ -34,7 +34,8 @@ MOST_STEPS = 2.0**20
 LEAST_SIZE = 2.0**-100
 # Where there is no t_max, a rate of the matrices is so large at least, relative to (2).
 LEAST_RATE = 2.0**-40
-ACROSS, FREE_LEVELS = 16.0, 3  # (3)
+ACROSS_DIVISOR = 16.0
+FREE_LEVELS = 3
 
 
 class Units(NamedTuple):
@@ -191,7 +192,11 @@ def balanced_norm(b: Floats) -> float:
     size = np.abs(b)
     reach = _reach(size > 0.0)
     inner = np.where(reach & reach.T, size, 0.0)
-    across = (size - inner) / ACROSS if _levels(size - inner) > FREE_LEVELS else np.zeros_like(size)
+    across = (
+        (size - inner) / ACROSS_DIVISOR
+        if _levels(size - inner) > FREE_LEVELS
+        else np.zeros_like(size)
+    )
     n = len(size)
     for _ in range(4 * n):
         settled = True

@@ -32,7 +32,8 @@ TAIL_COEFFICIENTS = 2
 # An extremum is doubtful below so many times the largest of the last coefficients; of more than the
 # last two, for these may be small by chance where there is rounding: it affects all coefficients
 # equally, and 13 of one size add up.
-DOUBT, DOUBTFUL = 16.0, 4
+DOUBT_FACTOR = 16.0
+LAST_COEFFICIENTS = 4
 ERRORS_AT_EDGE = 30.0  # the interval of (3) ends where f is so many times the error
 NARROWING_SHARE = 0.9  # (3) is repeated only if the interval shrinks to this share of itself
 # On such an interval f is nearly a parabola: coefficients from this degree on are rounding.
@@ -131,7 +132,7 @@ def edges(f: Expansion, true: Function) -> list[Edge]:
         From the lower to the upper end; the value is 0 at a touch.
     """
     size = np.abs(f.coefficients)
-    error = DOUBT * float(size[-DOUBTFUL:].max()) + ROUNDING_OF_VALUES * float(
+    error = DOUBT_FACTOR * float(size[-LAST_COEFFICIENTS:].max()) + ROUNDING_OF_VALUES * float(
         np.abs(f.values).max()
     )
     if size[0] - size[1:].sum() > error:  # |T_k| <= 1: of one sign
@@ -174,7 +175,10 @@ def _closer(low: float, high: float, true: Function, depth: int) -> list[Edge]:
     f = Expansion(low, high, values)
     rounding = float(np.abs(f.coefficients[FIRST_ROUNDED_DEGREE:]).max())
     return _edges(
-        f, true, DOUBT * rounding + ROUNDING_OF_VALUES * float(np.abs(values).max()), depth - 1
+        f,
+        true,
+        DOUBT_FACTOR * rounding + ROUNDING_OF_VALUES * float(np.abs(values).max()),
+        depth - 1,
     )
 
 

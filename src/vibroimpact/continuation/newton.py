@@ -30,7 +30,7 @@ MOST_STEPS = 8  # a guess that needs more is a bad one: quadratic convergence ta
 POINT_TOLERANCE = 1e-11  # of a single point, in unknowns of size one
 # Where the matrix is ill conditioned, rounding keeps the steps from falling further: below the
 # first number a step that has not halved means that, above it Newton's iteration has failed.
-STALLED = 1e-8
+STALLED_STEP = 1e-8
 # A Newton step that is so small, relative to the unknowns, is rounding.
 ROUNDING_OF_STEP = 4.0 * float(np.finfo(float).eps)
 
@@ -150,7 +150,7 @@ def _solve(
 
 
 def _finished(size: float, previous: float, tolerance: float, length: float) -> bool:
-    stalled = size <= STALLED and size > previous / 2.0
+    stalled = size <= STALLED_STEP and size > previous / 2.0
     return stalled or size <= max(tolerance, ROUNDING_OF_STEP * length)
 
 

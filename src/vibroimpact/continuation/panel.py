@@ -45,10 +45,11 @@ EXTRAPOLATED_NODES = 3  # the extrapolation (1) uses so many nodes, each with it
 SAFETY_FACTOR = 0.3  # (4) aims at this part of what is allowed
 # After a failure of Newton's iteration. Not 1/2: with a branch point at the end of a panel the next
 # panel would end there, too, and so on, ever closer to it.
-NEXT = 0.6
+FAILURE_LENGTH_FACTOR = 0.6
 LEAST_LENGTH_FACTOR = 0.2  # (4) multiplies a length by so much at least
 LARGEST_LENGTH_FACTOR = 3.0  # (4) multiplies a length by so much at most
-NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
+# Newton's tolerance at the nodes is this share of that of the expansion.
+NODE_TOLERANCE_SHARE = 1e-3
 LEAST_TOLERANCE = 1e-13  # the tolerance of the expansion of y is so large at least
 
 
@@ -109,7 +110,7 @@ class Failure:
     """
 
     reason: str
-    factor: float = NEXT
+    factor: float = FAILURE_LENGTH_FACTOR
     tests: frozenset[str] = frozenset()
     outside: Attempt | None = None
 
@@ -170,7 +171,7 @@ def trace(
     first = Node(origin.y, origin.jacobian, row, origin.residual, origin.steps, origin.step)
     traced = Trace([0.0], [first])
     base, ahead = float(row @ origin.y), math.cos(standard.turn)
-    tolerance = NODE_PART * standard.tolerance * length
+    tolerance = NODE_TOLERANCE_SHARE * standard.tolerance * length
     for s in positions(0.0, length)[1:]:
         if last is not None and s == length:
             node = _with_direction(last, row)

@@ -32,7 +32,7 @@ OFFSET_FACTOR = 0.25  # from one try to the next it is multiplied by this factor
 LARGEST_SLOPE = 0.25  # (3) is accepted within this; a distant point of a parabola gives 1
 # Singular value of J, rows of length 1, that still counts as zero: the branch point may be known to
 # 1e-8 only, and the slope of the singular value along the curve is at most some tens.
-NULL = 1e-6
+NULL_SINGULAR_VALUE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -127,7 +127,7 @@ def _second_direction(problem: Scaled, y: Floats, along: Floats) -> Floats | Non
     if not np.all(np.isfinite(lengths)) or not np.all(lengths > 0.0):
         return None
     _, sizes, rows = np.linalg.svd(jacobian / lengths[:, None])
-    if sizes[-1] > NULL:
+    if sizes[-1] > NULL_SINGULAR_VALUE:
         return None
     across = rows[-2:] - np.outer(rows[-2:] @ along, along)
     across = across[int(np.argmax(np.linalg.norm(across, axis=1)))]

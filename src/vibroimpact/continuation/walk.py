@@ -39,13 +39,13 @@ from vibroimpact.continuation.special import LocatedZero, at_end, at_start, loca
 
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
-EXCUSED_BELOW = 1.0 / 64.0
+EXCUSED_LENGTH_RATIO = 1.0 / 64.0
 # |y - y_start| of (4) on return is less: a hundred times the error of the expansions.
 CLOSING_DISTANCE = 1e-6
 PARALLEL_TANGENTS = 1e-3  # unit tangents of a curve and its image that differ by less are parallel
 # A curve may start on a special point, known to rounding: a terminal event there does not stop it,
 # and a closed curve does not list it twice.
-AT_START = 1e-8
+START_ARCLENGTH = 1e-8
 BULGE_OF_BOUNDS = 1e-10  # the expansion may leave the bounds of p (1) by so much, in scaled p
 
 CurveProgress = Callable[[int, float], None]
@@ -182,9 +182,9 @@ class Walk:
     def listed_at_goal(self) -> set[str]:
         """Names of special points at the goal that are listed already."""
         if self.met is None:
-            return {zero.name for zero in self.stretches[0].found if zero.s < AT_START}
+            return {zero.name for zero in self.stretches[0].found if zero.s < START_ARCLENGTH}
         last = self.met.stretches[-1]
-        return {zero.name for zero in last.found if zero.s > last.stop - AT_START}
+        return {zero.name for zero in last.found if zero.s > last.stop - START_ARCLENGTH}
 
     @property
     def points(self) -> int:
@@ -242,7 +242,7 @@ class _Pace:
             self.natural = min(self.natural, shorter)
             return shorter
         self.natural = max(self.natural, length)
-        if shorter >= max(self.natural * EXCUSED_BELOW, self.steps.least):
+        if shorter >= max(self.natural * EXCUSED_LENGTH_RATIO, self.steps.least):
             return shorter
         self.excused |= failure.tests
         return length
@@ -362,7 +362,7 @@ def _cut(
     first = not done.stretches
     if first:
         found = [*at_start(panel), *found]
-    later = (zero for zero in found if not (first and zero.s < AT_START))
+    later = (zero for zero in found if not (first and zero.s < START_ARCLENGTH))
     events = ((zero, _event(problem, zero, terminal)) for zero in later)
     event, end = next((found for found in events if found[1]), (None, None))
     back = None if first else _return(problem, done.goal, panel)
@@ -414,7 +414,8 @@ def _before_return(
     return tuple(
         zero
         for zero in found
-        if zero.s < back - AT_START or (zero.s < back + AT_START and zero.name not in listed)
+        if zero.s < back - START_ARCLENGTH
+        or (zero.s < back + START_ARCLENGTH and zero.name not in listed)
     )
 
 

@@ -38,10 +38,8 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.admissibility import FLAT_OF_LARGEST_RATE
 
-# Terms of u' that are smaller, relative to its largest value in a window, do not move an extremum's
-# value.
-FLAT_OF_LARGEST_RATE = 1e-9
 # Longer steps, relative to a window, are those of two extrema about to merge.
 POLISHING_STEP_OF_WINDOW = 1e-5
 WHOLE_TURNS_WITHIN = 1e-9  # a number of turns that is so near to a whole one is one

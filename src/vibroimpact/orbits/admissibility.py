@@ -44,7 +44,7 @@ from vibroimpact.model.stop import Stop
 
 # Relative to the largest u' in a window. It moves an extremum of the gap by as much, and its value
 # by the square of that; where two extrema are about to merge by the power 3/2, 3e-14.
-FLAT = 1e-9
+FLAT_OF_LARGEST_RATE = 1e-9
 # A flight and Newton's method are rounded by so much, relative to the amplitude and to the period.
 PLAY_OF_AMPLITUDE = 1e-11
 EDGE_OF_FLIGHT = 1e-3  # of a flight
@@ -172,7 +172,7 @@ def _gaps(
     mode, i = compiled.modes[code], guard.contact
     place = fitted((flights.values @ guard.row).T + guard.gain)
     rate = fitted((flights.values @ (guard.row @ mode.b)).T + guard.row @ mode.constant)
-    at, x = real_zeros_of(rate, FLAT)
+    at, x = real_zeros_of(rate, FLAT_OF_LARGEST_RATE)
     w = flights.windows
     times = w.since(at, x)
     whole = w.durations[w.segment[at]]

@@ -25,7 +25,7 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import closing_loop, cycles_of
-from vibroimpact.orbits.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
+from vibroimpact.orbits.newton import FOUND, NEWTON_HALVINGS, NEWTON_ITERATIONS, newton, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
     Flight,
@@ -255,8 +255,8 @@ def solve(
     signature: Signature,
     guess: Guess,
     *,
-    iterations: int = ITERATIONS,
-    halvings: int = HALVINGS,
+    iterations: int = NEWTON_ITERATIONS,
+    halvings: int = NEWTON_HALVINGS,
 ) -> Orbit:
     """Solve by Newton's method, from a guess with all impacts of the signature or its solved ones."""
     problem = OrbitProblem(system, signature, "")

@@ -31,7 +31,7 @@ from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged, later, unfolded
 from vibroimpact.orbits.orbit import Orbit
 
-HIGHEST = 3  # order of the forms
+HIGHEST_ORDER = 3  # the forms have derivatives up to this order
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +92,10 @@ class SegmentMap:
         matrix exponential. For the damper some 20 microseconds.
         """
         seeds = np.array([self._seed(numbers("direction", u)) for u in directions])
-        if not 1 <= len(seeds) <= HIGHEST:
-            raise InvalidParameterError(f"directions: {len(seeds)} given; need 1 to {HIGHEST}.")
+        if not 1 <= len(seeds) <= HIGHEST_ORDER:
+            raise InvalidParameterError(
+                f"directions: {len(seeds)} given; need 1 to {HIGHEST_ORDER}."
+            )
         all_orders = self.compiled.kernel.forms(
             self.states, self.durations, list(self.ends), *self.start, self.period, self.last, seeds
         )

@@ -42,8 +42,8 @@ SHRUNK_OF_GUESS = 1e-6
 FAMILY_STEP_IN_SIZES = 1e-2  # a family (2) is followed by this step, in sizes of the unknowns
 # Smaller singular values, relative to the largest, are those of a family.
 SINGULAR_OF_LARGEST = 1e-6
-ITERATIONS = 40
-HALVINGS = 12
+NEWTON_ITERATIONS = 40  # Newton's method takes so many iterations at most
+NEWTON_HALVINGS = 12  # a Newton step is halved so often at most
 FOUND = "converged"
 REST = "the guess leads to rest, not to an orbit"
 
@@ -111,7 +111,10 @@ def guard_sizes(problem: OrbitProblem, sizes: Floats, ends: Sequence[End] | None
 
 
 def newton(
-    problem: OrbitProblem, z: Floats, iterations: int = ITERATIONS, halvings: int = HALVINGS
+    problem: OrbitProblem,
+    z: Floats,
+    iterations: int = NEWTON_ITERATIONS,
+    halvings: int = NEWTON_HALVINGS,
 ) -> tuple[Floats, float, str]:
     """Iterate from a guess; return (unknowns, relative residual, status)."""
     sizes = scale_of(problem, z)

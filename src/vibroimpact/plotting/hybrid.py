@@ -12,7 +12,7 @@ from vibroimpact.plotting import style
 from vibroimpact.plotting.history import COLOURS, HISTORY_POINTS
 from vibroimpact.simulation.hybrid_run import HybridRun
 
-LIGHT = 0.75  # share of white in the shade of a mode
+WHITE_SHARE = 0.75  # the shade of a mode has this share of white
 
 
 def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
@@ -36,7 +36,7 @@ def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
     names = [name for name in run.system.modes if name in run.modes]
     names += sorted(set(run.modes) - set(names))  # those that slide
     shades = {
-        name: style.mixed(colour, "#FFFFFF", LIGHT)
+        name: style.mixed(colour, "#FFFFFF", WHITE_SHARE)
         for name, colour in zip(names, style.series(len(names)), strict=True)
     }
     with style.drawing(ax, width=1.6 * style.WIDTH) as ax:

@@ -38,10 +38,11 @@ UNDATED: Any = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # metad
 
 WIDTH = 3.4  # inches: one column of a journal
 HEIGHT = 2.5
+LEGEND_ROW_INCHES = 0.17  # a row of a legend is so high
 MOST_VECTOR_POINTS = 2000  # a scatter of more points is stored as pixels, not as one path each
 PIXELS_PER_INCH = 300
 LEGEND_MARKER = 4.0  # points
-FOOT = 0.012  # of the height of the axes: the first row of marks at the lower edge
+FOOT_OF_AXES = 0.012  # the first row of marks at the lower edge is so high, relative to the axes
 SHADES = ((BLACK, 0.0), (BLACK, 0.45), ("#FFFFFF", 0.45), (BLACK, 0.7), ("#FFFFFF", 0.7))
 CONSTANT_RELATIVE_RANGE = 1e-10  # a number that varies less along an axis is drawn as constant
 
@@ -144,7 +145,7 @@ def whole_range(ax: Axes, values: Any) -> None:
 def at_foot(ax: Axes, x: Any, colour: str, row: int = 0) -> None:
     """Draw marks in a row at the lower edge, for values of a parameter without a point."""
     if len(x):
-        y, looks = FOOT * (1 + 2 * row), {"color": colour, "marker": "s", "markersize": 2.0}
+        y, looks = FOOT_OF_AXES * (1 + 2 * row), {"color": colour, "marker": "s", "markersize": 2.0}
         points(ax, x, np.full(len(x), y), transform=ax.get_xaxis_transform(), **looks)
 
 

@@ -22,8 +22,8 @@ from vibroimpact.transients.sine_sweep import SineSweep
 
 TRANSIENT_POINTS = 6000  # a curve of a transient has so many points
 MOST_LARGE_MARKS = 200  # marks of more impacts are small
-BEYOND = 1.3  # of the later fall: where a decay is cut off
-PANELS = (1, 3)  # heights of a record and of the response to it
+SHOWN_FALLS = 1.3  # a decay is cut off after so many times the later fall
+PANEL_HEIGHTS = (1, 3)  # a record and the response to it have heights in this ratio
 SPECTRA = {
     "displacement": "largest $|x|$",
     "pseudo_velocity": r"pseudo-velocity $\omega_n\,\max|x|$",
@@ -57,7 +57,7 @@ def plot_free_decay(decay: FreeDecay, *, ax: Axes | None = None) -> Axes:
     check_kind("decay", decay, FreeDecay, "a FreeDecay, as vi.free_decay gives")
     units = units_of(decay.system)
     falls = [time for time in (decay.time, decay.time_without) if np.isfinite(time)]
-    end = min(decay.duration, BEYOND * max(falls, default=np.inf)) or decay.duration
+    end = min(decay.duration, SHOWN_FALLS * max(falls, default=np.inf)) or decay.duration
     cut = max(1.0, decay.duration / end)
     t, with_impacts, without = decay.histories(int(TRANSIENT_POINTS * min(cut, 50.0)))
     shown = t <= end
@@ -245,7 +245,7 @@ def _above(ax: Axes) -> Axes:
     """Axes above those of a figure, for the same times."""
     figure = ax.get_figure(root=True)
     assert figure is not None
-    grid = figure.add_gridspec(2, 1, height_ratios=PANELS)
+    grid = figure.add_gridspec(2, 1, height_ratios=PANEL_HEIGHTS)
     ax.set_subplotspec(grid[1])
     above: Axes = figure.add_subplot(grid[0], sharex=ax)
     above.tick_params(bottom=False, labelbottom=False)

@@ -10,7 +10,7 @@ from matplotlib.ticker import EngFormatter
 from vibroimpact.response.answers import Answer
 from vibroimpact.response.curves import is_silent
 
-DIGITS = 4
+SHOWN_DIGITS = 4
 PREFIXED = ("m", "m/s", "m/s²", "N", "N s", "W", "N/m", "N s/m")  # mm, kN; but no kkg
 SYMBOL = re.compile(r"(\d+)-(\d+-\d+(?:,\d+-\d+)*)(?: \(contact .*\))?")
 SILENT = "no impacts"
@@ -23,7 +23,7 @@ KINDS = {  # what a motion does, the calmest first
 }
 
 
-def number(value: float, unit: str = "", *, digits: int = DIGITS) -> str:
+def number(value: float, unit: str = "", *, digits: int = SHOWN_DIGITS) -> str:
     """A number to a few digits with its unit, in mm or kN where that reads better."""
     if not math.isfinite(value):
         return "unbounded" if math.isinf(value) else "not known"

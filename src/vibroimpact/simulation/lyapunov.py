@@ -45,11 +45,11 @@ FEWEST_BLOCKS = 16  # the error of an error from m blocks is 1 / sqrt(2 m): here
 ALIGNING_DIVISOR = 16
 # (4): on a smooth curve of N points tangents never stretch by more than N, some 8 e-folds.
 LEAST_GROWTH = 10.0
-OTHER_SPREAD = 4.0
+OTHER_SPREAD_FACTOR = 4.0
 # The variance has this part of the whole at least: the growth of periodic motion has none.
 LEAST_VARIANCE = 1e-9
 # Against errors from few blocks, three errors stand for one chance in a hundred or less.
-ERRORS = 3.0
+ERRORS_OF_CERTAINTY = 3.0
 ROUNDING_OF_GROWTH = 2.0**-48  # every product adds some ulp to a growth
 
 
@@ -99,12 +99,12 @@ class LyapunovEstimate(Result):
     @property
     def is_positive(self) -> bool:
         """Whether the value exceeds three errors."""
-        return self.value > ERRORS * self.error
+        return self.value > ERRORS_OF_CERTAINTY * self.error
 
     @property
     def is_negative(self) -> bool:
         """Whether the value is below minus three errors."""
-        return self.value < -ERRORS * self.error
+        return self.value < -ERRORS_OF_CERTAINTY * self.error
 
 
 def lyapunov_exponent(
@@ -209,7 +209,7 @@ def parts_of(growth: Floats, duration: Floats) -> list[slice]:
         return [whole]
     sides = slice(0, at), slice(at, growth.size)
     (a, error_a), (b, error_b) = (ratio_of_means(growth[s], duration[s]) for s in sides)
-    if not abs(a - b) > ERRORS * math.hypot(error_a, error_b):
+    if not abs(a - b) > ERRORS_OF_CERTAINTY * math.hypot(error_a, error_b):
         return [whole]
     first, second = (parts_of(growth[s], duration[s]) for s in sides)
     return first + [slice(at + part.start, at + part.stop) for part in second]
@@ -227,7 +227,7 @@ def _change(residual: Floats) -> int:
     at = FEWEST_BLOCKS - 1 + int(np.argmin(cost[inside]))
     spread = 0.5 * abs(math.log(before[at] / after[at]))
     growth = abs(float(residual[: at + 1].sum()))
-    return at + 1 if spread > math.log(OTHER_SPREAD) and growth > LEAST_GROWTH else 0
+    return at + 1 if spread > math.log(OTHER_SPREAD_FACTOR) and growth > LEAST_GROWTH else 0
 
 
 def _variances(series: Floats) -> Floats:

@@ -47,7 +47,7 @@ from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.derivatives import map_derivative
 from vibroimpact.simulation.lyapunov import (
     ALIGNING_DIVISOR,
-    ERRORS,
+    ERRORS_OF_CERTAINTY,
     FEWEST_BLOCKS,
     FIRST_BLOCKS,
     errors_of,
@@ -147,17 +147,17 @@ class LyapunovSpectrum(Result):
     @property
     def zero(self) -> NDArray[np.bool_]:
         """Mask of the exponents that are zero within three errors."""
-        return np.abs(self.values) <= ERRORS * self.errors
+        return np.abs(self.values) <= ERRORS_OF_CERTAINTY * self.errors
 
     @property
     def positive(self) -> NDArray[np.bool_]:
         """Mask of the exponents that exceed three errors."""
-        return self.values > ERRORS * self.errors
+        return self.values > ERRORS_OF_CERTAINTY * self.errors
 
     @property
     def negative(self) -> NDArray[np.bool_]:
         """Mask of the exponents below minus three errors."""
-        return self.values < -ERRORS * self.errors
+        return self.values < -ERRORS_OF_CERTAINTY * self.errors
 
     @property
     def dimension(self) -> float:

@@ -52,8 +52,9 @@ from vibroimpact.sweeps.starts import Start, Starts, starts_of
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
 # down to rounding, log(eps) / log(restitution) impacts, and so many more; stops with a greater
 # restitution count as this one.
-MORE_IMPACTS, LIVELIEST = 64, 0.999
-UNIT = float(np.finfo(float).eps)
+MORE_IMPACTS = 64
+LARGEST_COUNTED_RESTITUTION = 0.999
+ROUNDING_UNIT = float(np.finfo(float).eps)
 LONGEST_PERIODS = 1e100  # times stay finite up to so many forcing periods
 EXAMINED_STARTS = 4096.0  # the default of most_impacts is found from so many starts
 
@@ -246,7 +247,9 @@ def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
     else:
         cycles = 1.0 + length * max(fastest, _fastest_pace(mechanism, starts)) / (2.0 * math.pi)
     chatters = sum(
-        MORE_IMPACTS + math.log(UNIT) / math.log(min(max(r, UNIT), LIVELIEST))
+        MORE_IMPACTS
+        + math.log(ROUNDING_UNIT)
+        / math.log(min(max(r, ROUNDING_UNIT), LARGEST_COUNTED_RESTITUTION))
         for contact in mechanism.rigid_stops
         for r in contact.restitutions
     )

@@ -45,8 +45,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FEWEST_PHASES = 129  # gaps are taken at so many phases at least
-ZOOMS, ZOOM = 8, 9  # around the least gap: points per zoom; each zoom is by a factor of four
-RESOLVED, FINER = 1e-12, 3  # derivatives along it: their tail, or so many times the nodes
+MOST_ZOOMS = 8  # the least gap is zoomed in so often, each time by a factor of four
+ZOOM_POINTS = 9  # a zoom takes so many points
+RESOLVED_TAIL = 1e-12  # derivatives along the circle are resolved where their tail is smaller
+MOST_TIMES_NODES = 3  # or at so many times the nodes of the circle
 NEUTRAL_EXPONENT = 1e-9  # a normal exponent that is so near to 0 is neither stable nor unstable
 LARGEST_Q = 64  # of the resonances that are named
 
@@ -204,7 +206,7 @@ class Circle(Result):
             points, times = resampled(self.points, count), resampled(self.times, count)
             by_point = self.map.images(points, self.value, times).by_point * sizes / sizes[:, None]
             noise = tail(by_point)
-            if noise <= RESOLVED or count >= FINER * self.nodes:
+            if noise <= RESOLVED_TAIL or count >= MOST_TIMES_NODES * self.nodes:
                 return points / sizes, by_point, noise
 
     def leading_direction(self) -> NormalDirection:
@@ -261,8 +263,8 @@ class Circle(Result):
         count = max(self.nodes, FEWEST_PHASES)
         grid, width = phases(count), 1.0 / count
         least = self._least_gap(grid)
-        for _ in range(ZOOMS if least.nearest else 0):
-            near = least.phi + width * np.linspace(-1.0, 1.0, ZOOM)
+        for _ in range(MOST_ZOOMS if least.nearest else 0):
+            near = least.phi + width * np.linspace(-1.0, 1.0, ZOOM_POINTS)
             least, width = min(least, self._least_gap(near)), width / 4.0
         return least._replace(phi=least.phi % 1.0)
 

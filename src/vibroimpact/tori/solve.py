@@ -40,10 +40,12 @@ from vibroimpact.tori.maps import CircleMap, Images
 FOUND = "converged"
 TOLERANCE = 1e-10  # this is the tolerance of (5)
 FEWEST_NODES, MOST_NODES = 15, 511
-GROWTH = 1.5
-NEWTON_STEPS, HALVINGS = 15, 8
+NODE_GROWTH = 1.5  # a circle that is not resolved is solved with so many times as many nodes
+NEWTON_STEPS = 15  # Newton's method takes so many steps at most
+NEWTON_HALVINGS = 8  # a Newton step is halved so often at most
 DOUBLINGS = 2  # where Newton's method fails, it is tried so often with twice the nodes
-SMALL_STEP, SMALL_RESIDUAL = 1e-9, 1e-11  # the next Newton step is the square of such a one
+SMALL_STEP = 1e-9  # the next Newton step is the square of one that is so small
+SMALL_RESIDUAL = 1e-11  # and so is the residual of one that has converged
 # A curve that is smaller, relative to the radius of the guess, has collapsed.
 COLLAPSED_OF_RADIUS = 1e-3
 # Harmonics that are smaller, relative to the tolerance, are left out of the next guess.
@@ -158,7 +160,7 @@ def solve(
         residual = residual_between(circle_map, found.trial)
         if residual <= tolerance:
             return found._replace(residual=max(residual, found.residual))
-        grown = 2 * int(GROWTH * n / 2) + 1
+        grown = 2 * int(NODE_GROWTH * n / 2) + 1
         if grown > most_nodes:
             status = f"{most_nodes} nodes are too few: the residual between {n} is {residual:.1e}"
             return found._replace(residual=residual, status=status)
@@ -231,7 +233,7 @@ def _damped(
     circle_map: CircleMap, trial: Trial, step: Direction, images: Images, error: float
 ) -> tuple[Trial, Images, float]:
     """Halve a step until the residual does not grow."""
-    for _ in range(HALVINGS):
+    for _ in range(NEWTON_HALVINGS):
         there = Trial(
             trial.points + step.points * circle_map.sizes,
             trial.rotation + step.rotation,

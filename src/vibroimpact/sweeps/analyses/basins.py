@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import check_choice, check_count, check_kind, share
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
-from vibroimpact.attractors.matching import TOLERANCE
+from vibroimpact.attractors.matching import MEMBER_DISTANCE
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.places import AtPhase, AtStop
@@ -42,7 +42,7 @@ MATCHED_POINTS = 8  # the rule of matching.py needs so many points of each membe
 @interruptible(LOST)
 def basins(
     system: System, *, over: Mapping[str, ArrayLike], start: State,
-    at: AtStop | AtPhase | None = None, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
+    at: AtStop | AtPhase | None = None, tolerance: float = MEMBER_DISTANCE, most: int = 64, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Compute basins of attraction on a grid of two state coordinates.
 

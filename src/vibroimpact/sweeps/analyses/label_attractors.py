@@ -27,7 +27,12 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Floats, Integers, Rows
 from vibroimpact.attractors.classify import Attractor, classify
-from vibroimpact.attractors.matching import TOLERANCE, KnownAttractor, known_attractor, proportional
+from vibroimpact.attractors.matching import (
+    MEMBER_DISTANCE,
+    KnownAttractor,
+    known_attractor,
+    proportional,
+)
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
@@ -97,7 +102,7 @@ class Labels:
 
 def label_attractors(
     system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *,
-    at: At, tolerance: float = TOLERANCE, most: int = 64,
+    at: At, tolerance: float = MEMBER_DISTANCE, most: int = 64,
 ) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 

@@ -14,7 +14,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.attractors.classify import rest_on_stops
 from vibroimpact.attractors.matching import (
-    TOLERANCE,
+    MEMBER_DISTANCE,
     count_attractors,
     count_symbols,
     observed_section,
@@ -132,7 +132,7 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
 @interruptible(LOST)
 def multistability(
     system: System, *, over: Mapping[str, ArrayLike], start: Many,
-    at: AtStop | AtPhase | None = None, tolerance: float = TOLERANCE, **options: Any,
+    at: AtStop | AtPhase | None = None, tolerance: float = MEMBER_DISTANCE, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Count the attractors reached from several starts, at every point of a grid of parameters.
 
