@@ -460,8 +460,8 @@ def _simplex(search: Search, left: int) -> str:
     width = high - low
     begin = (search.best - low) / width
     corners = np.tile(begin, (len(low) + 1, 1))
+    edge = FIRST_SIMPLEX_OF_BOUNDS
     for i in range(len(low)):
-        edge = FIRST_SIMPLEX_OF_BOUNDS
         corners[i + 1, i] += edge if begin[i] + edge <= 1.0 else -edge
     if left <= len(low) + 1:
         return ""
