@@ -135,8 +135,8 @@ shown += [text.get_text() for text in ax.texts] + ax.get_legend_handles_labels()
 forced = replace(free, damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(1.5, (1.0,)),))
 orbit = vi.find_orbit(forced, vi.State((0.0,), (1.0,)))
 branch = vi.continue_orbit(orbit, "elements[0].stiffness", (4.0, 12.0))
-vi.save_branch(branch, "branch.nc")
-again = vi.load_branch("branch.nc")
+vi.save(branch, "branch.nc")
+again = vi.load("branch.nc")
 swept = vi.sweep(forced, over={"elements[0].upper": [0.8, 1.0]}, start=vi.State((0.0,), (1.0,)),
                  settle_periods=5, periods=20, observe=["final", "states"], progress=False)
 print(json.dumps({

@@ -88,7 +88,7 @@ def test_special_points_are_in_order_along_a_branch(broken: vi.Branch) -> None:
 
 
 def test_a_stretch_between_two_special_points_is_never_called_stable() -> None:
-    from vibroimpact.branches.profile import _between
+    from vibroimpact.branches.branch import _between
 
     stable, unstable, out = Stability.STABLE, Stability.UNSTABLE, Stability.INADMISSIBLE
     own = np.array([stable, -1, -1, stable, stable, -1, unstable, out])
