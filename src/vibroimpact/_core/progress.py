@@ -21,7 +21,7 @@ MEASURED_SECONDS = 0.5  # from so much work the rest is estimated
 ANNOUNCED_SECONDS = 60.0  # work that takes longer is announced
 # A count that takes less than a minute, at 3 ms each; of more, a beginning is measured first.
 PROBED = 2**14
-FIRST = 2**10  # of it, doubled until it tells enough
+FIRST_PROBE = 2**10  # a probe begins with so much of it, doubled until it tells enough
 # What is expected to take a smaller share of ANNOUNCED_SECONDS is not measured longer.
 CLEARLY_SHORT_SHARE = 1 / 8
 LOGGING_SECONDS = 60.0  # a stage that lasts has a line so often, where there is no terminal
@@ -281,7 +281,7 @@ def expected(most: int, beginning: Callable[[int], float]) -> float:
     beginning
         Does so many of them, and returns the share of the work that this is.
     """
-    part = FIRST
+    part = FIRST_PROBE
     while most >= PROBED and part < most:
         begin = time.monotonic()
         share = beginning(part)

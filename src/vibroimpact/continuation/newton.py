@@ -27,7 +27,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.continuation.problem import Scaled
 
 MOST_STEPS = 8  # a guess that needs more is a bad one: quadratic convergence takes 2 to 5
-POINT_TOLERANCE = 1e-11  # of a single point, in unknowns of size one
+POINT_TOLERANCE = 1e-11  # a single point, in unknowns of size one, has this tolerance
 # Where the matrix is ill conditioned, rounding keeps the steps from falling further: below the
 # first number a step that has not halved means that, above it Newton's iteration has failed.
 STALLED_STEP = 1e-8

@@ -56,7 +56,8 @@ Kind = Literal["worst", "mean"]
 Spread = Mapping[str, float | tuple[float, float]]
 
 LINEAR_VALUES = 101  # the machine without impacts is measured at so many values of the band
-DECIBELS = {"power": 10.0}  # of a ratio; 20 of all other quantities
+# A ratio of powers has ten times its logarithm, one of all other quantities twenty times.
+DECIBELS_OF_RATIO = {"power": 10.0}
 
 
 @dataclass(frozen=True)
@@ -285,7 +286,7 @@ class Judge:
     @property
     def factor(self) -> float:
         """Decibels per decade of the ratio: 10 of powers, 20 of others."""
-        return DECIBELS.get(self.measure.dimension, 20.0)
+        return DECIBELS_OF_RATIO.get(self.measure.dimension, 20.0)
 
     def decibels(self, value: float, beside: float) -> float:
         """Decibels by which a value is better than another; NaN where one of two that differ is not positive."""

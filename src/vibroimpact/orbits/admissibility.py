@@ -47,7 +47,7 @@ from vibroimpact.model.stop import Stop
 FLAT_OF_LARGEST_RATE = 1e-9
 # A flight and Newton's method are rounded by so much, relative to the amplitude and to the period.
 PLAY_OF_AMPLITUDE = 1e-11
-EDGE_OF_FLIGHT = 1e-3  # of a flight
+EDGE_OF_FLIGHT = 1e-3  # an end of a flight is nearer, relative to its duration
 # The guard of the element that has just changed is at its limit within this.
 LIMIT_OF_AMPLITUDE = 1e-9
 

@@ -25,7 +25,8 @@ from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
 
 CRITICAL_DISTANCE = 1e-4  # a critical multiplier is no farther from the unit circle
-SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: places at which they are drawn
+# Multipliers are drawn at these shares of a step in which two meet.
+STEP_SHARES = np.linspace(0.0, 1.0, 33)
 # Multipliers grow without bound towards grazing: the picture has this half width.
 SHOWN_HALF_WIDTH = 1.6
 
@@ -127,7 +128,7 @@ def _step(rows: tuple[Complexes, Complexes], i: int) -> Complexes:
     other = np.array([first[j], last[j]])
     mean, half = (ends + other).real / 2.0, (ends - other) / 2.0
     squares = (half**2).real
-    shares = np.sort(np.append(SHARES, squares[0] / (squares[0] - squares[1])))
+    shares = np.sort(np.append(STEP_SHARES, squares[0] / (squares[0] - squares[1])))
     root = np.sqrt((1.0 - shares) * squares[0] + shares * squares[1] + 0j)
     root.real *= np.sign(half.real.sum())
     root.imag *= np.sign(half.imag.sum())

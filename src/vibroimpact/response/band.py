@@ -16,7 +16,8 @@ from vibroimpact.model.parameters import expanded, parameter_value, with_paramet
 from vibroimpact.model.system import System, mechanism_of
 
 Unit = Literal["", "Hz"]
-FACTORS = {"": 1.0, "Hz": 1.0 / (2.0 * math.pi)}  # from the unit of the parameter
+# By unit of the band: the factor from the unit of the parameter.
+BAND_FACTORS = {"": 1.0, "Hz": 1.0 / (2.0 * math.pi)}
 # All frequencies are so nearly proportional to a parameter that scales them.
 PROPORTIONAL_RELATIVE = 1e-9
 
@@ -40,7 +41,7 @@ class Band(NamedTuple):
     @property
     def factor(self) -> float:
         """Factor from the unit of the parameter to that of the band."""
-        return FACTORS[self.unit]
+        return BAND_FACTORS[self.unit]
 
     def values(self, count: int) -> Floats:
         """Evenly spaced values in the unit of the parameter, both ends included."""
@@ -69,10 +70,10 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     parameter_value(system, parameter)
     low, high = ends_of("band", band)
     check_kind("unit", unit, str, '"Hz" or ""')
-    check_choice("unit", unit, [*FACTORS])
+    check_choice("unit", unit, [*BAND_FACTORS])
     if unit:
         _check_frequency(system, parameter, unit)
-    found = Band(parameter, low / FACTORS[unit], high / FACTORS[unit], unit)
+    found = Band(parameter, low / BAND_FACTORS[unit], high / BAND_FACTORS[unit], unit)
     for value in (found.low, found.high):
         _check_value(system, parameter, value)
     return found

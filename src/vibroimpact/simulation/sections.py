@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 # Beyond this many events per requested section point, on average, the place counts as not reached:
 # chatter on one stop gives some 50 impacts per visit before it is summed.
 EVENTS_PER_POINT = 64
-LEAST_POSITION = 2.0**-20  # of a velocity times a time
+# A position is so large at least, relative to a velocity times a time.
+LEAST_POSITION_OF_PATH = 2.0**-20
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,7 +165,7 @@ def scale_of(
     v = max(v, after)
     between = np.diff(time)
     between = between[np.isfinite(between)]
-    least = LEAST_POSITION * v * float(np.median(between)) if between.size else 0.0
+    least = LEAST_POSITION_OF_PATH * v * float(np.median(between)) if between.size else 0.0
     return Scale(max(x, least) or 1.0, v or 1.0, translations)
 
 

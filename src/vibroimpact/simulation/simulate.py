@@ -21,7 +21,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import FIRST, PROBED, Announcement, expected
+from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
@@ -546,7 +546,7 @@ def _record(
 
     if events < PROBED:
         return compiled.kernel.simulate(at, t_max, limit, events, impacts), at
-    part, there = begun(FIRST)
+    part, there = begun(FIRST_PROBE)
     if part["why"] != RunEnd.EVENTS:
         return part, there
     by_impacts, by_time = shares(part)

@@ -50,7 +50,7 @@ ZOOM_POINTS = 9  # a zoom takes so many points
 RESOLVED_TAIL = 1e-12  # derivatives along the circle are resolved where their tail is smaller
 MOST_TIMES_NODES = 3  # or at so many times the nodes of the circle
 NEUTRAL_EXPONENT = 1e-9  # a normal exponent that is so near to 0 is neither stable nor unstable
-LARGEST_Q = 64  # of the resonances that are named
+LARGEST_NAMED_DENOMINATOR = 64  # resonances p/q up to this q are named
 
 
 class Approach(NamedTuple):
@@ -179,7 +179,7 @@ class Circle(Result):
     @property
     def resonance(self) -> tuple[int, int]:
         """The p/q, q <= 64, with the least q |q rho - p|: the tongue that is felt most."""
-        qs = np.arange(1, LARGEST_Q + 1)
+        qs = np.arange(1, LARGEST_NAMED_DENOMINATOR + 1)
         ps = np.rint(qs * self.rotation_number).astype(int)
         best = int(np.argmin(qs * np.abs(qs * self.rotation_number - ps)))
         common = math.gcd(int(ps[best]), int(qs[best]))

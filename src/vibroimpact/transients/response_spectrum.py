@@ -281,7 +281,7 @@ class _Wave(NamedTuple):
         return _Wave(self.s, self.d, p, q, self.slope, np.zeros_like(self.slope))
 
     def plus(self, other: _Wave, mine: Floats, its: Floats) -> _Wave:
-        """Mine times this one, its times the other."""
+        """Sum of ``mine`` times this wave and ``its`` times the other."""
         pairs = zip(self[2:], other[2:], strict=True)
         return _Wave(self.s, self.d, *(mine * a + its * b for a, b in pairs))
 

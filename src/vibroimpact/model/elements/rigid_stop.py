@@ -29,7 +29,7 @@ from vibroimpact.model.elements.element import (
 )
 from vibroimpact.model.harmonic import Harmonic, as_lines
 
-APART = "Give motion, that of both stops; stops that move differently are two."
+ONE_MOTION = "Give motion, that of both stops; stops that move differently are two."
 FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static)."
 RIGID = "A rigid stop has a coefficient of restitution. A spring or dashpot is a SoftStop."
 
@@ -44,7 +44,7 @@ class RigidStopState(IntEnum):
 
 @names_arguments(
     friction=FRICTIONLESS, mu=FRICTIONLESS, stiffness=RIGID, damping=RIGID, velocity=MOVES,
-    amplitude=MOVES, omega=MOVES, upper_motion=APART, lower_motion=APART,
+    amplitude=MOVES, omega=MOVES, upper_motion=ONE_MOTION, lower_motion=ONE_MOTION,
 )  # fmt: skip
 @dataclass(frozen=True, slots=True)
 class RigidStop(Element):

@@ -19,7 +19,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.sweeps.plan import Place
 
 TILE_SECONDS = 1.0
-SECONDS_PER_PERIOD = 1e-7  # of one member: two impacts, some 50 ns each
+SECONDS_PER_PERIOD = 1e-7  # a member takes so long: two impacts, some 50 ns each
 TILE_BYTES = 2**28
 ENOUGH_TILES = 64  # with so many the threads of one machine end at about the same time
 CALL_SECONDS = 1e-3  # what a call of the kernel costs beside its members
