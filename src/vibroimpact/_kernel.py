@@ -17,7 +17,7 @@ from vibroimpact._cpu import supported
 
 
 def installed(targets: list[str]) -> list[str]:
-    """Those instruction sets that there is a module for."""
+    """Return the instruction sets for which there is a module."""
     return [t for t in targets if importlib.util.find_spec(f"vibroimpact._kernel_{t}")]
 
 

@@ -13,7 +13,7 @@ from scipy.spatial.distance import pdist, squareform
 
 import vibroimpact as vi
 from vibroimpact.attractors.matching import (
-    TOLERANCE,
+    MEMBER_DISTANCE,
     count_attractors,
     count_symbols,
     known_attractor,
@@ -56,8 +56,8 @@ def orbit(period: int, *, at: float = 0.0) -> Floats:
 def test_a_periodic_member_is_known_at_whichever_impact_it_ends(impact: int) -> None:
     here = known_attractor(orbit(3), periodic=True)
     member = np.roll(orbit(3), impact, axis=0)[None]
-    assert here.contains(member + 0.9 * TOLERANCE / np.sqrt(2.0)).all()
-    assert not here.contains(member + 1.1 * TOLERANCE / np.sqrt(2.0)).any()
+    assert here.contains(member + 0.9 * MEMBER_DISTANCE / np.sqrt(2.0)).all()
+    assert not here.contains(member + 1.1 * MEMBER_DISTANCE / np.sqrt(2.0)).any()
 
 
 def test_members_on_one_closed_curve_are_joined_wherever_they_are_on_it() -> None:
@@ -138,7 +138,7 @@ def test_impacts_per_period_part_orbits_that_are_next_to_each_other() -> None:
 
 
 def test_a_member_that_still_settles_is_counted_with_its_orbit() -> None:
-    spiral = repeated(1) + TOLERANCE * 0.9 ** np.arange(32)[:, None]
+    spiral = repeated(1) + MEMBER_DISTANCE * 0.9 ** np.arange(32)[:, None]
     assert counted([(spiral, NO_SYMBOL), (repeated(1), (1, 1, 1))]) == 1
     assert counted([(repeated(1), (1, 1, 1)), (spiral, NO_SYMBOL)]) == 1
 
@@ -191,7 +191,7 @@ def test_the_longest_gap_is_that_of_the_minimum_spanning_tree() -> None:
 
 
 def test_single_points_are_matched_by_the_tolerance() -> None:
-    near = [(np.full((1, 2), at), NO_SYMBOL) for at in (0.0, TOLERANCE / 2, 1.0)]
+    near = [(np.full((1, 2), at), NO_SYMBOL) for at in (0.0, MEMBER_DISTANCE / 2, 1.0)]
     assert counted(near) == 2
 
 

@@ -91,7 +91,7 @@ def returns(response: vi.Response, monkeypatch: pytest.MonkeyPatch) -> None:
 def _coarse_lines() -> Iterator[None]:
     """Draw linear machines with few points; their largest values are located all the same."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compare, "POINTS", 30)
+        patch.setattr(compare, "COMPARED_POINTS", 30)
         yield
 
 

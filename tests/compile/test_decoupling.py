@@ -348,5 +348,5 @@ def test_forcing_at_an_undamped_mode_is_left_to_the_full_matrix() -> None:
 
 def test_more_contacts_than_can_be_looked_at_first_are_left_to_the_full_matrix() -> None:
     rng = np.random.default_rng(1)
-    assert Hybrid(random_mechanism(rng, 5, contacts=hybrid.MOST)).mixed
-    assert Hybrid(random_mechanism(rng, 5, contacts=hybrid.MOST + 1)).dense
+    assert Hybrid(random_mechanism(rng, 5, contacts=hybrid.MOST_CONTACTS_ALL_BLOCKS)).mixed
+    assert Hybrid(random_mechanism(rng, 5, contacts=hybrid.MOST_CONTACTS_ALL_BLOCKS + 1)).dense

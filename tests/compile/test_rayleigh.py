@@ -148,7 +148,7 @@ def test_motions_are_those_of_the_full_matrix(seed: int, monkeypatch: pytest.Mon
     assert not compile_mechanism(mechanism).dense
     run = vi.simulate(mechanism, state, impacts=30)
     monkeypatch.setattr(hybrid, "proportion", lambda _: None)
-    monkeypatch.setattr(hybrid, "MOST", 0)
+    monkeypatch.setattr(hybrid, "MOST_CONTACTS_ALL_BLOCKS", 0)
     assert compile_mechanism(mechanism).dense
     full = vi.simulate(mechanism, state, impacts=30)
     times = np.linspace(0.0, min(run.time[-1], full.time[-1]), 1000)[:-1]

@@ -15,7 +15,7 @@ from support.systems import oscillator, paper_damper, random_mechanism
 import vibroimpact as vi
 from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.continuation import Steps
-from vibroimpact.orbits.admissibility import PLAY, least_gaps
+from vibroimpact.orbits.admissibility import PLAY_OF_AMPLITUDE, least_gaps
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.search import find_orbits
@@ -256,7 +256,7 @@ def of_speed(speed: float, unit: float = 1.0) -> vi.Orbit:
 def test_an_impact_from_behind_counts_once_its_depth_is_not_rounding(unit: float) -> None:
     """At the rate -w the stop was crossed by w^2 / 2, the acceleration there being -1."""
     for share, admissible in ((0.0, True), (0.1, True), (10.0, False), (1e8, False)):
-        orbit = of_speed(-math.sqrt(2.0 * share * PLAY) * unit, unit)
+        orbit = of_speed(-math.sqrt(2.0 * share * PLAY_OF_AMPLITUDE) * unit, unit)
         assert orbit.converged
         assert orbit.admissible == admissible
         if not admissible:

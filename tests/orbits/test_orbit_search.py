@@ -15,7 +15,7 @@ from support.systems import oscillator, paper_damper
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
 from vibroimpact.model.stop import Stop
-from vibroimpact.orbits.find import SAME, primitive, unfolded
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, primitive, unfolded
 from vibroimpact.orbits.mirror_images import mirror_image
 from vibroimpact.orbits.near_returns import KnownLoops, beginnings
 from vibroimpact.orbits.orbit import Orbit
@@ -79,7 +79,7 @@ def test_both_closed_form_orbits_are_in_the_list() -> None:
     damper = paper_damper("B", 0.9454)
     for closed in vi.symmetric_orbits(damper):
         wanted = vi.find_orbit(damper, closed)
-        assert any(same(wanted, orbit, SAME) for orbit in found().orbits)
+        assert any(same(wanted, orbit, SAME_ORBIT_RELATIVE) for orbit in found().orbits)
 
 
 def test_every_orbit_of_a_symmetric_system_has_its_mirror_image() -> None:
@@ -145,7 +145,7 @@ def test_the_same_seed_gives_the_same_list_and_fewer_starts_a_part_of_it() -> No
     xr.testing.assert_identical(once.to_dataset(), again.to_dataset())
     part = find_orbits(paper_damper("B", 0.9454), **{**SMALL, "starts": 4})
     for orbit in part.orbits:
-        assert any(same(orbit, other, SAME) for other in once.orbits)
+        assert any(same(orbit, other, SAME_ORBIT_RELATIVE) for other in once.orbits)
     other_seed = find_orbits(paper_damper("B", 0.9454), **{**SMALL, "starts": 4}, seed=1)
     assert other_seed.guesses != part.guesses
 

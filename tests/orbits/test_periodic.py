@@ -26,7 +26,14 @@ from support.systems import oscillator, paper_damper, random_mechanism
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import half_map_jacobian
 
 import vibroimpact as vi
-from vibroimpact.orbits.find import SAME, Guess, mirror_distance, primitive, solve, unfolded
+from vibroimpact.orbits.find import (
+    SAME_ORBIT_RELATIVE,
+    Guess,
+    mirror_distance,
+    primitive,
+    solve,
+    unfolded,
+)
 from vibroimpact.orbits.problem import Signature
 
 EPS = np.finfo(float).eps
@@ -199,7 +206,7 @@ def test_a_repeated_orbit_is_reduced_to_the_primitive_one() -> None:
         reduced = primitive(around)
         assert reduced.symbol == "1-1-1"
         assert reduced.symmetric
-        np.testing.assert_allclose(reduced.states, once.states, rtol=0.0, atol=SAME)
+        np.testing.assert_allclose(reduced.states, once.states, rtol=0.0, atol=SAME_ORBIT_RELATIVE)
 
 
 def test_an_orbit_is_not_mistaken_for_the_shorter_one_it_doubles() -> None:

@@ -23,7 +23,7 @@ from support.periodic import (
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.compile.prescribed import COASTING, compile_prescribed
+from vibroimpact.compile.prescribed import COASTING_STOP, compile_prescribed
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.orbits.multipliers import section_basis
 from vibroimpact.orbits.orbit import Orbit
@@ -127,7 +127,7 @@ def whole_space_map(entry: dict[str, Any], parameter: str = "") -> SegmentMap:
     (stop,) = impacts_of(entry["gap"])
     return SegmentMap(
         compiled, point[None, :], np.array([duration]), tuple(compiled.stop_numbers([stop])),
-        (COASTING, 0), tuple(range(size)), tuple(range(size)), np.ones(size), np.zeros(4),
+        (COASTING_STOP, 0), tuple(range(size)), tuple(range(size)), np.ones(size), np.zeros(4),
     )  # fmt: skip
 
 
@@ -254,7 +254,7 @@ def test_a_flight_without_an_event_has_no_second_and_third_derivative() -> None:
     state = np.array([[0.1, -0.2, 0.05, 0.3, 0.1, -0.4, 0.7]])
     period, kept = 2.0 * math.pi / compiled.omega, tuple(range(6))
     coasting = SegmentMap(
-        compiled, state, np.array([period]), (COASTING,), (COASTING, 0), kept, kept, np.ones(6),
+        compiled, state, np.array([period]), (COASTING_STOP,), (COASTING_STOP, 0), kept, kept, np.ones(6),
         np.array([period, 0.0, 0.0, 0.0]),
     )  # fmt: skip
     u, v, w = (d[:6] for d in directions(6, 3))
@@ -270,7 +270,7 @@ def test_the_flight_without_an_event_is_the_matrix_exponential() -> None:
     compiled = compile_prescribed(m)
     period, kept = 2.0 * math.pi / compiled.omega, tuple(range(4))
     coasting = SegmentMap(
-        compiled, np.zeros((1, 5)), np.array([period]), (COASTING,), (COASTING, 0), kept, kept,
+        compiled, np.zeros((1, 5)), np.array([period]), (COASTING_STOP,), (COASTING_STOP, 0), kept, kept,
         np.ones(4), np.array([period, 0.0, 0.0, 0.0]),
     )  # fmt: skip
     inverse = np.linalg.inv(np.array(m.mass))

@@ -190,7 +190,7 @@ def test_a_damper_in_si_units_is_drawn_in_them() -> None:
 
 def test_many_points_become_pixels_and_few_stay_vectors() -> None:
     few = plotting.plot_section(some_section(10)).get_lines()[0]
-    many = plotting.plot_section(some_section(style.MANY + 1)).get_lines()[0]
+    many = plotting.plot_section(some_section(style.MOST_VECTOR_POINTS + 1)).get_lines()[0]
     assert not few.get_rasterized()
     assert many.get_rasterized()
 

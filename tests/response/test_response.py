@@ -178,7 +178,7 @@ def test_coexisting_motions_of_a_frame_are_in_hertz_and_metres(frame: vi.Respons
 def test_linear_machines_beside_a_response_are_the_closed_forms(
     frame: vi.Response, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(compare, "POINTS", 12)
+    monkeypatch.setattr(compare, "COMPARED_POINTS", 12)
     p, opened = comparison(frame, "linear")
     g = p / FRAME.omega_n
     static = FRAME.force / FRAME.mass / FRAME.omega_n**2
@@ -193,7 +193,7 @@ def test_linear_machines_beside_a_response_are_the_closed_forms(
 def test_the_picture_has_si_units_and_lines_by_stability(
     frame: vi.Response, response: vi.Response, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(compare, "POINTS", 12)
+    monkeypatch.setattr(compare, "COMPARED_POINTS", 12)
     ax = frame.plot(compare=("linear", "tuned"))
     assert ax.get_xlabel() == "forcing frequency $f$ [Hz]"
     assert ax.get_ylabel() == "amplitude of $x_{1}$ [m]"

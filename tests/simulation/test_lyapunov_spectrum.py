@@ -416,7 +416,7 @@ def test_the_size_of_the_parts_that_are_recorded_does_not_matter(
 ) -> None:
     system, start = PERIODIC["set A"]
     found = vi.lyapunov_spectrum(system, start, impacts=2000, settle_impacts=2000)
-    monkeypatch.setattr("vibroimpact.simulation.lyapunov_spectrum.CHUNK", 70)
+    monkeypatch.setattr("vibroimpact.simulation.lyapunov_spectrum.CHUNK_EVENTS", 70)
     other = vi.lyapunov_spectrum(system, start, impacts=2000, settle_impacts=2000)
     assert other.duration.size == found.duration.size
     # the unit of velocity is taken from the first part, and turns the first frame

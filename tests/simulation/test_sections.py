@@ -171,7 +171,7 @@ def test_states_at_a_phase_are_those_of_the_simulation(system):
 
 def test_a_record_in_many_pieces_has_the_states_of_one(monkeypatch):
     whole = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle=5)
-    monkeypatch.setattr("vibroimpact.simulation.simulator.CHUNK", 5)
+    monkeypatch.setattr("vibroimpact.simulation.simulator.CHUNK_EVENTS", 5)
     pieces = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle=5)
     np.testing.assert_array_equal(whole.position, pieces.position)
     np.testing.assert_array_equal(whole.velocity, pieces.velocity)

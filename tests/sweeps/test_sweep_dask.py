@@ -251,7 +251,7 @@ def test_a_task_that_has_raised_a_timeout_says_so_and_is_not_waited_for():
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(backend, "LOOK", 0.01)
+    monkeypatch.setattr(backend, "LOOK_SECONDS", 0.01)
 
 
 def swept_until_no_worker(client, then, **options):

@@ -17,8 +17,8 @@ namespace vi {
 
 inline constexpr int lane_orders = 1; // derivatives of u that the quick flight reads as rows
 
-// Of an array whose elements are worked on in turn: an odd number of cache lines apart. Else the same work
-// on several of them is done in the same few places of the nearest cache.
+// An element of an array whose elements are worked on in turn. It takes an odd number of cache lines, so that
+// the same members of several elements do not fall on the same few sets of the nearest cache.
 template <class T>
 struct alignas(64) spaced : T {
     char apart[64 * ((sizeof(T) / 64 + 1) | 1) - sizeof(T)];

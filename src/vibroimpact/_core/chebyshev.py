@@ -14,9 +14,12 @@ from numpy.polynomial import chebyshev
 
 from vibroimpact._core.types import Floats, Integers
 
-RESOLVED = 1e-10  # last coefficients of a resolved expansion, relative to the largest
-EDGE = 1e-6  # zeros this far outside the interval, relative to its length, are kept and polished
-NEAR = 1.1  # bounds |T_k|, k < 100, at such zeros, which may have left the real line by 1e-5
+# The last coefficients of a resolved expansion are smaller, relative to the largest.
+RESOLVED_OF_LARGEST = 1e-10
+# Zeros that are so far outside the interval, relative to its length, are kept and polished.
+EDGE_OF_INTERVAL = 1e-6
+# It bounds |T_k|, k < 100, at such zeros, which may have left the real line by 1e-5.
+CHEBYSHEV_BOUND = 1.1
 
 
 @lru_cache(maxsize=8)
@@ -40,9 +43,9 @@ def fitted(values: Floats) -> Floats:
 
 
 def real_zeros(coefficients: Floats) -> Floats:
-    """Zeros in [-1, 1] (and EDGE beyond) of a Chebyshev series, as they come out of rounding.
+    """Zeros in [-1, 1] (and EDGE_OF_INTERVAL beyond) of a Chebyshev series, as they come out of rounding.
 
-    A pair that has left the real line by less than the square root of RESOLVED, which a double
+    A pair that has left the real line by less than the square root of RESOLVED_OF_LARGEST, which a double
     zero does, is returned twice, at its real part.
     """
     return np.sort(real_zeros_of(np.reshape(coefficients, (-1, 1)))[1])
@@ -51,7 +54,7 @@ def real_zeros(coefficients: Floats) -> Floats:
 def real_zeros_of(
     coefficients: Floats, rounding: float = float(np.finfo(float).eps)
 ) -> tuple[Integers, Floats]:
-    """Zeros in [-1, 1] (and EDGE beyond) of many Chebyshev series at once.
+    """Zeros in [-1, 1] (and EDGE_OF_INTERVAL beyond) of many Chebyshev series at once.
 
     Coefficients after the last one that is above rounding of the largest are left out: zeros move
     as little as by rounding of the values, and the eigenvalue problems are small. A series whose
@@ -70,13 +73,15 @@ def real_zeros_of(
     """
     size = np.abs(coefficients)
     kept = size > rounding * size.max(axis=0, initial=0.0)
-    some = kept.any(axis=0) & (size[0] <= NEAR * size[1:].sum(axis=0))
+    some = kept.any(axis=0) & (size[0] <= CHEBYSHEV_BOUND * size[1:].sum(axis=0))
     degrees = np.where(some, len(kept) - 1 - np.argmax(kept[::-1], axis=0), 0)
     numbers, zeros = [np.empty(0, dtype=np.int64)], [np.empty(0)]
     for degree in np.unique(degrees[degrees > 0]):
         these = np.flatnonzero(degrees == degree)
         found = np.linalg.eigvals(_colleagues(coefficients[: degree + 1, these]))
-        near = (np.abs(found.imag) <= RESOLVED**0.5) & (np.abs(found.real) <= 1.0 + EDGE)
+        near = (np.abs(found.imag) <= RESOLVED_OF_LARGEST**0.5) & (
+            np.abs(found.real) <= 1.0 + EDGE_OF_INTERVAL
+        )
         numbers.append(np.repeat(these, near.sum(axis=1)))
         zeros.append(found.real[near])
     return np.concatenate(numbers), np.concatenate(zeros)

@@ -25,8 +25,8 @@ Class = TypeVar("Class", bound=type)
 
 LARGEST_COUNT = 2**50  # the kernel counts events, some four per impact, in doubles
 LARGEST_SEED = 2**64 - 1
-NARROWEST = 256.0  # units in the last place: a range of a parameter must hold some numbers
-FEW = 6  # entries of an array that a message shows
+NARROWEST_RANGE_ULPS = 256.0  # a range of a parameter must hold some numbers
+MOST_SHOWN_ENTRIES = 6  # a message shows so many entries of an array at most
 
 
 # ---- values in messages --------------------------------------------------------------------------
@@ -37,11 +37,15 @@ class _Shortened(reprlib.Repr):
         super().__init__()
         self.maxstring = self.maxlong = 80
         self.maxother = 160
-        self.maxlist = self.maxtuple = self.maxdict = self.maxset = FEW
+        self.maxlist = self.maxtuple = self.maxdict = self.maxset = MOST_SHOWN_ENTRIES
         self.maxlevel = 3
 
     def repr_ndarray(self, value: NDArray[Any], _level: int) -> str:
-        return repr(value.tolist()) if value.size <= FEW else f"array of shape {value.shape}"
+        return (
+            repr(value.tolist())
+            if value.size <= MOST_SHOWN_ENTRIES
+            else f"array of shape {value.shape}"
+        )
 
     def repr_function(self, value: Any, _level: int) -> str:
         return f"the function {value.__name__}"
@@ -181,7 +185,7 @@ def range_of(name: str, value: Any, parameter: str, start: float) -> tuple[float
         raise InvalidParameterError(
             f"{name} = ({low}, {high}): must hold {parameter} = {start} of the orbit."
         )
-    narrowest = NARROWEST * math.ulp(max(abs(low), abs(high)))
+    narrowest = NARROWEST_RANGE_ULPS * math.ulp(max(abs(low), abs(high)))
     if high - low < narrowest:
         raise InvalidParameterError(
             f"{name} = ({low}, {high}): are {high - low:.1e} apart; rounding of {parameter} "

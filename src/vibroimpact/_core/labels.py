@@ -10,7 +10,7 @@ from vibroimpact._core.checks import check_choice
 
 
 class Labelled(Protocol):
-    """What has a label."""
+    """Anything that has a label."""
 
     @property
     def label(self) -> str:

@@ -15,15 +15,16 @@ from vibroimpact._core.errors import warn
 Item = TypeVar("Item")
 
 UNITS = (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
-BAR = 24  # characters
-REDRAW = 0.1  # seconds between two drawings of the bar
-MEASURED = 0.5  # seconds of work from which the rest is estimated
-LONG = 60.0  # seconds of work that are announced
+BAR_CHARACTERS = 24  # the bar has so many characters
+REDRAW_SECONDS = 0.1  # the bar is drawn so often
+MEASURED_SECONDS = 0.5  # from so much work the rest is estimated
+ANNOUNCED_SECONDS = 60.0  # work that takes longer is announced
 # A count that takes less than a minute, at 3 ms each; of more, a beginning is measured first.
 PROBED = 2**14
-FIRST = 2**10  # of it, doubled until it tells enough
-CLEARLY = 1 / 8  # of LONG: what is expected to take less is not measured longer
-LOGGED = 60.0  # seconds between two lines of a stage that lasts, where there is no terminal
+FIRST_PROBE = 2**10  # a probe begins with so much of it, doubled until it tells enough
+# What is expected to take a smaller share of ANNOUNCED_SECONDS is not measured longer.
+CLEARLY_SHORT_SHARE = 1 / 8
+LOGGING_SECONDS = 60.0  # a stage that lasts has a line so often, where there is no terminal
 
 
 class ProgressReport(NamedTuple):
@@ -40,7 +41,7 @@ class ProgressReport(NamedTuple):
     total
         Of so many; None where the end is not known.
     text
-        The same in words.
+        The whole report in words.
     """
 
     stage: str
@@ -91,7 +92,7 @@ class Display:
     def note(self, text: str) -> None:
         """Show how far a stage without a known end has come."""
         now = time.monotonic()
-        if now - self._drawn >= (REDRAW if self._live else LOGGED):
+        if now - self._drawn >= (REDRAW_SECONDS if self._live else LOGGING_SECONDS):
             self._drawn = now
             self._line(f": {text}")
 
@@ -138,14 +139,14 @@ class Display:
     def _draw(self, name: str, done: int, total: int, begin: float, unit: str) -> None:
         now = time.monotonic()
         live = self._live
-        rest = REDRAW if live else LOGGED
+        rest = REDRAW_SECONDS if live else LOGGING_SECONDS
         if now - self._drawn < rest and not (live and done in (0, total)):
             return
         self._drawn = now
-        filled = BAR * done // max(total, 1)
+        filled = BAR_CHARACTERS * done // max(total, 1)
         left = f" {(now - begin) * (total - done) / done:4.0f} s left" if done else ""
         rate = f" {done / (now - begin):.3g} {unit}/s" if unit and done else ""
-        bar = "#" * filled + "." * (BAR - filled)
+        bar = "#" * filled + "." * (BAR_CHARACTERS - filled)
         text = f"[{self._number}/{self.stages}] {name:<32.32} {bar}{rate}{left}"
         self._write(f"\r\033[K{text}" if live else f"{text}\n")
 
@@ -237,14 +238,18 @@ class Announcement:
 
     def after(self, done: float) -> None:
         """Estimate the rest, if enough is done for it."""
-        if self.measured or done <= 0 or (spent := time.monotonic() - self._begin) < MEASURED:
+        if (
+            self.measured
+            or done <= 0
+            or (spent := time.monotonic() - self._begin) < MEASURED_SECONDS
+        ):
             return
         self.measured = True
         self.say(spent * (self.count - done) / done)
 
     def say(self, left: float) -> None:
         """Warn if so many seconds are long."""
-        if left > LONG:
+        if left > ANNOUNCED_SECONDS:
             unit, size = next((u, s) for u, s in UNITS if left >= s)
             warn(
                 f"{self.name} = {self.count}: will take some {left / size:.3g} {unit}. Ctrl-C ends it."
@@ -276,15 +281,15 @@ def expected(most: int, beginning: Callable[[int], float]) -> float:
     beginning
         Does so many of them, and returns the share of the work that this is.
     """
-    part = FIRST
+    part = FIRST_PROBE
     while most >= PROBED and part < most:
         begin = time.monotonic()
         share = beginning(part)
         spent = time.monotonic() - begin
         whole = spent / share if share > 0.0 else math.inf
-        if whole < CLEARLY * LONG:
+        if whole < CLEARLY_SHORT_SHARE * ANNOUNCED_SECONDS:
             break
-        if spent > MEASURED / 4.0:
+        if spent > MEASURED_SECONDS / 4.0:
             return whole
         part *= 2
     return 0.0

@@ -23,7 +23,7 @@ from vibroimpact._kernel import Jet
 Truth = bool | Flags
 NUMBERS = Jet, Column
 
-ROUNDING = 64.0 * 2.0**-53  # of sums of products, per term
+ROUNDING_PER_TERM = 64.0 * 2.0**-53  # sums of products are rounded by less, relative to their terms
 
 
 def as_python(value: Any) -> Any:

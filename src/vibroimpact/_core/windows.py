@@ -86,7 +86,7 @@ class Windows:
         return times
 
     def inside(self, windows: Integers, x: Floats) -> tuple[Integers, Floats]:
-        """Those of the places that are within their segments."""
+        """Return the places that are within their segments."""
         x = np.clip(x, -1.0, 1.0)
         kept = self.since(windows, x) <= self.durations[self.segment[windows]]
         return windows[kept], x[kept]

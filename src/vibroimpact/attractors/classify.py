@@ -46,13 +46,16 @@ from vibroimpact.simulation.sections import Section, check_points, scale_of
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, RunEnd, Status
 from vibroimpact.simulation.simulator import Simulator
 
-SETTLING_FACTOR = 8  # between windows; a transient is known within this factor
+# A window begins so many times later than the last: a transient is known within this factor.
+SETTLING_FACTOR = 8
 # A stop and a state on it agree within so much of their size.
-ON_STOP = 64.0 * np.finfo(float).eps
+ON_STOP_RELATIVE = 64.0 * np.finfo(float).eps
 # Where nothing decides, all is repeated with four times the points (near a locked motion a curve
 # is visible only after many turns) and four times the longest settling, twice.
-ATTEMPTS, MORE = 3, 4
-MOST_CHANGES = 3  # changes of the motion while exponents are measured, with a new window each
+MOST_ATTEMPTS = 3
+ATTEMPT_FACTOR = 4
+# The motion may change so often while exponents are measured, with a new window each time.
+MOST_CHANGES = 3
 
 
 @dataclass(frozen=True)
@@ -245,8 +248,8 @@ def _decided(
     sampler: Callable[[], Sampler], settle: int, max_settle: int, points: int
 ) -> Attractor:
     """Classify a motion, with more points and settling where nothing decides."""
-    for attempt in range(ATTEMPTS):
-        more = MORE**attempt
+    for attempt in range(MOST_ATTEMPTS):
+        more = ATTEMPT_FACTOR**attempt
         found = _with_history(list(_windows(sampler(), settle, more * max_settle, more * points)))
         if found.kind is not Kind.UNDECIDED or len(found.section) < FEWEST_POINTS:
             break  # without section points, more settling cannot decide
@@ -376,5 +379,5 @@ def _stops(system: System, position: Floats) -> Iterator[tuple[str, NDArray[np.b
         u, size = position @ row, np.abs(position) @ np.abs(row)
         for name, limit in (("A", law.upper), ("B", law.lower)):
             if np.isfinite(limit):
-                on = np.abs(u - limit) <= ON_STOP * (size + abs(limit))
+                on = np.abs(u - limit) <= ON_STOP_RELATIVE * (size + abs(limit))
                 yield (name if len(contacts) == 1 else f"{name}{number}"), on

@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.types import Flags, Floats
-from vibroimpact.attractors.point_sets import NEARLY
+from vibroimpact.attractors.point_sets import SHORTER_PERIOD_DISTANCE
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation import sections
 
@@ -45,8 +45,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from scipy.spatial import cKDTree
 
-TOLERANCE = 1e-3  # of (1): a member within 1e-6 per period of a return, multiplier up to 0.999
-QUANTILE = 0.99  # of (2)
+# This is the distance of (1): a member within 1e-6 per period of a return, multiplier up to 0.999.
+MEMBER_DISTANCE = 1e-3
+DISTANCE_QUANTILE = 0.99  # this is the quantile of (2)
 
 
 def observed_section(members: xr.Dataset) -> str:
@@ -66,7 +67,9 @@ def strobe_symbols(points: Floats) -> NDArray[np.int64]:
     found = np.zeros(points.shape[:-2], dtype=np.int64)
     for period in range(k // 2, 0, -1):
         apart = np.linalg.norm(points[..., period:, :] - points[..., :-period, :], axis=-1)
-        found = np.where((apart[..., -period:] <= NEARLY).all(axis=-1), period, found)
+        found = np.where(
+            (apart[..., -period:] <= SHORTER_PERIOD_DISTANCE).all(axis=-1), period, found
+        )
     return np.stack([found, found], axis=-1)
 
 
@@ -114,7 +117,7 @@ def last(points: Floats) -> Floats:
 
 
 def known_attractor(
-    points: Floats, periodic: bool, tolerance: float = TOLERANCE, gap: float = 0.0
+    points: Floats, periodic: bool, tolerance: float = MEMBER_DISTANCE, gap: float = 0.0
 ) -> KnownAttractor:
     """Attractor from its points, shape (n_point, dimension), without NaN.
 
@@ -126,7 +129,7 @@ def known_attractor(
     if periodic or len(points) < 2:
         return KnownAttractor(tree, True, tolerance)
     own = tree.query(points, k=2)[0][:, 1]
-    return KnownAttractor(tree, False, max(float(np.quantile(own, QUANTILE)), 0.5 * gap))
+    return KnownAttractor(tree, False, max(float(np.quantile(own, DISTANCE_QUANTILE)), 0.5 * gap))
 
 
 def longest_gaps(points: Floats) -> Floats:
@@ -167,7 +170,7 @@ def count_symbols(symbols: NDArray[np.int64]) -> int:
 
 
 def count_attractors(
-    points: Floats, symbols: NDArray[np.int64], column: int, tolerance: float = TOLERANCE
+    points: Floats, symbols: NDArray[np.int64], column: int, tolerance: float = MEMBER_DISTANCE
 ) -> int:
     """Number of attractors of some members, by (1) and (4), independent of their order.
 

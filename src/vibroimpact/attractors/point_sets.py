@@ -29,16 +29,19 @@ from vibroimpact.attractors.rotation import ClosedCurve, closed_curve, weights
 from vibroimpact.simulation.lyapunov import LEAST_GROWTH, LyapunovEstimate
 
 FEWEST_POINTS = 64  # fewer are not classified
-LONGEST_PERIOD = 256  # iterates; longer orbits are undecided, and contracting
+LONGEST_PERIOD_ITERATES = 256  # longer orbits are undecided, and contracting
 # (1): rounding of 1e-16 per iterate, amplified by 1 / (1 - |multiplier|), stays below for every
 # orbit that contracts by more than 1e-6 per period; a torus of this size counts as a point.
 RETURN_TOLERANCE = 1e-9
-NEARLY = 1e-6
+# An orbit that repeats so nearly after a part of its period has the shorter period.
+SHORTER_PERIOD_DISTANCE = 1e-6
 # (2): six neighbours reach both ways along a curve, so that their lags are not all alike; one in a
 # thousand may be wrong, at the ends of a chaotic band.
-NEIGHBOURS, STRAY = 6, 1e-3
+NEIGHBOURS = 6
+STRAY_SHARE = 1e-3
 MOST_PIECES, FEWEST_PER_PIECE = 64, 64
-UNSTABLE = 0.01  # e-folds: rounding alone leaves 1e-12 where an exponent is 0
+# Fewer e-folds are no growth: rounding alone leaves 1e-12 where an exponent is 0.
+LEAST_UNSTABLE_FOLDS = 0.01
 # (4): the weighted spread of a quasiperiodic motion changes between thirds by far less; of a spiral
 # by more, unless it contracts by less than this per record.
 DRIFT_TOLERANCE = 1e-3
@@ -150,7 +153,7 @@ def classify_points(points: Floats, exponent: LyapunovEstimate | None = None) ->
 
 
 def _periodic(period: int, distance: float, exponent: LyapunovEstimate | None) -> InvariantSet:
-    if exponent is None or not exponent.is_positive or exponent.growth.sum() < UNSTABLE:
+    if exponent is None or not exponent.is_positive or exponent.growth.sum() < LEAST_UNSTABLE_FOLDS:
         return InvariantSet(Kind.PERIODIC, period=period, return_distance=distance)
     reason = (
         f"The motion repeats after {period} iterates, but the orbit is unstable "
@@ -175,7 +178,7 @@ def _curves(
     if exponent and contracting:
         doubts += [
             f"contracting (exponent {exponent.value:.3g}): still settling, or periodic beyond "
-            f"{LONGEST_PERIOD} iterates"
+            f"{LONGEST_PERIOD_ITERATES} iterates"
         ]
     return InvariantSet(
         Kind.UNDECIDED if doubts else Kind.QUASIPERIODIC,
@@ -192,7 +195,7 @@ def find_period(points: Floats) -> tuple[int, float]:
     """Return the period (1) and its return distance, or 0 and the smallest distance."""
     tail = points[-max(len(points) // 3, FEWEST_POINTS // 2) :]
     smallest = np.inf
-    for period in range(1, min(LONGEST_PERIOD, len(tail) // 2) + 1):
+    for period in range(1, min(LONGEST_PERIOD_ITERATES, len(tail) // 2) + 1):
         distance = _return_distance(tail, period)
         if distance <= RETURN_TOLERANCE:
             return _primitive(tail, period), distance
@@ -207,7 +210,7 @@ def _primitive(tail: Floats, period: int) -> int:
     """
     orbit = tail[-period:]
     for part in (d for d in range(1, period // 2 + 1) if period % d == 0):
-        if np.linalg.norm(orbit - np.roll(orbit, part, 0), axis=1).max() <= NEARLY:
+        if np.linalg.norm(orbit - np.roll(orbit, part, 0), axis=1).max() <= SHORTER_PERIOD_DISTANCE:
             settled = _farthest_return(tail, part) <= 10.0 * RETURN_TOLERANCE
             return part if settled else 0
     return period
@@ -237,7 +240,7 @@ def count_pieces(points: Floats) -> int:
     lags = np.abs(index - np.arange(n)[:, None]).ravel()
     lags = lags[lags > 0]
     for pieces in range(min(MOST_PIECES, n // FEWEST_PER_PIECE), 1, -1):
-        if np.count_nonzero(lags % pieces) <= STRAY * lags.size:
+        if np.count_nonzero(lags % pieces) <= STRAY_SHARE * lags.size:
             return pieces
     return 1
 

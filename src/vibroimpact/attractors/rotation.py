@@ -28,9 +28,11 @@ MOST_TURNS = 4  # a curve that winds more often around its centre is left undeci
 # factor of 4 where the points are in disorder; folds of a curve about to break up cost some per
 # cent. The points are picked at random because neighbours among the first N are always so many
 # iterates apart, which can hide jumps between two strands.
-SPARSE, DENSE, SMOOTH = 8, 2, 1.1
-DISORDER = 1.5  # from this ratio of the lengths on, the points are not in order
-SEED = 0  # of the random choice, so that the result is reproducible
+SPARSE_DIVISOR = 8
+DENSE_DIVISOR = 2
+SMOOTH_LENGTH_RATIO = 1.1
+DISORDER_LENGTH_RATIO = 1.5  # from this ratio of the lengths on, the points are not in order
+CHOICE_SEED = 0  # the random choice has this seed, so that the result is reproducible
 
 
 def weights(n: int) -> Floats:
@@ -164,11 +166,11 @@ def closed_curve(points: Floats) -> ClosedCurve | None:
         for s in range(turns):
             rho = (strongest.value + s) / turns
             order, disorder = _order(points, rho)
-            if disorder <= SMOOTH:
+            if disorder <= SMOOTH_LENGTH_RATIO:
                 sides = _sides(points[order])
                 rotation = Rotation(_folded(rho), strongest.error / turns)
                 return ClosedCurve(rotation, turns, order, float(sides.max()), float(sides.sum()))
-            if turns == 1 and disorder < DISORDER:
+            if turns == 1 and disorder < DISORDER_LENGTH_RATIO:
                 return None
     return None
 
@@ -177,9 +179,10 @@ def _order(points: Floats, rho: float) -> tuple[NDArray[np.intp], float]:
     """Order of the points by phase, and the growth of the length (4) with N."""
     n = len(points)
     order = np.argsort(np.mod(np.arange(n) * rho, 1.0))
-    lot = np.random.default_rng(SEED).permutation(n)[order]
+    lot = np.random.default_rng(CHOICE_SEED).permutation(n)[order]
     sparse, dense = (
-        float(_sides(points[order[lot < n // part]]).sum()) for part in (SPARSE, DENSE)
+        float(_sides(points[order[lot < n // part]]).sum())
+        for part in (SPARSE_DIVISOR, DENSE_DIVISOR)
     )
     return order, dense / sparse if sparse > 0.0 else np.inf
 

@@ -4,8 +4,9 @@ Method      branches of the orbit along both parameters give the first bifurcati
             already is followed; from points of codimension two the other curves of the same orbit through the point,
             and those that begin there (switch_curve.py), are followed in turn, level by level
             A solution is on a curve if it or one of its images, brought to the chord of the two nearest points, lies
-            within CHORD of the chord's length                                                      (1)
-            Points of two curves are one where their parameters agree to SAME of the ranges and their names fit    (2)
+            within DISTANCE_OF_CHORD of the chord's length                                                      (1)
+            Points of two curves are one where their parameters agree to
+            SAME_PARAMETERS_OF_RANGE of the ranges and their names fit                             (2)
 Assumes     what curves and switching assume. Curves that none of this reaches (isolas, orbits of other families) are
             not in the atlas
 """
@@ -46,8 +47,9 @@ from vibroimpact.results.result import Result
 if TYPE_CHECKING:
     import xarray as xr
 
-CHORD = 0.1  # (1)
-SAME = 1e-6  # (2)
+DISTANCE_OF_CHORD = 0.1  # this is the distance of (1), relative to the length of the chord
+# This is the distance of (2), relative to the ranges of the parameters.
+SAME_PARAMETERS_OF_RANGE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +97,7 @@ class Atlas(Result):
         """Condition (2)."""
         widths = [high - low for low, high in self.bounds]
         near = all(
-            abs(a - b) <= SAME * width
+            abs(a - b) <= SAME_PARAMETERS_OF_RANGE * width
             for a, b, width in zip(self._at(first), self._at(second), widths, strict=True)
         )
         return near and first.record == second.record
@@ -295,7 +297,7 @@ class _Search:
                     list(other.parameters.values()),
                     list(point.parameters.values()),
                     atol=0.0,
-                    rtol=SAME,
+                    rtol=SAME_PARAMETERS_OF_RANGE,
                 )
                 if same and other.orbit.symbol == point.orbit.symbol:
                     return True
@@ -339,6 +341,9 @@ def _near_chord(nodes: Floats, at: Floats) -> bool:
         chord = nodes[j] - nodes[i]
         length = float(np.linalg.norm(chord))
         share = float(np.clip((at - nodes[i]) @ chord / length**2, 0.0, 1.0)) if length else 0.0
-        if np.linalg.norm(nodes[i] + share * chord - at) <= CHORD * length + SAME:
+        if (
+            np.linalg.norm(nodes[i] + share * chord - at)
+            <= DISTANCE_OF_CHORD * length + SAME_PARAMETERS_OF_RANGE
+        ):
             return True
     return False

@@ -2,7 +2,7 @@
 
 Near such a point these orbits shrink to the orbit from which they are born, repeated: their equations become singular
 there. A curve is therefore followed up to a share of the distance at which it was found, and ends there with the
-reason NEAR.
+reason NEAR_BEGINNING.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from vibroimpact.continuation import Curve, LocatedPoint, Steps, Stopped, contin
 from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.normal_forms.kind import PointKind
 
-NEAR = "the point at which the curve begins is near"
-SHARE = 0.5  # of the distance at which it was found
+NEAR_BEGINNING = "the point at which the curve begins is near"
+SHARE_OF_DISTANCE = 0.5  # a curve ends at this share of the distance at which it was found
 
 
 class Slice:
@@ -35,7 +35,7 @@ class Slice:
         self._sizes = np.append(equations.sizes, span)
 
     def at(self, p: float) -> Pair:
-        """Both parameters."""
+        """Values of both parameters."""
         return (p, self.held) if self.along == 0 else (self.held, p)
 
     def solution(self, point: LocatedPoint) -> Solution:
@@ -64,7 +64,7 @@ class Slice:
 
 def emanating(
     kind: PointKind, origin: Solution, born: Born, bounds: tuple[Bounds, Bounds],
-    steps: Steps | None, progress: CurveProgress | None, share: float = SHARE,
+    steps: Steps | None, progress: CurveProgress | None, share: float = SHARE_OF_DISTANCE,
 ) -> BifurcationCurve:  # fmt: skip
     """Curve of orbits of a multiple period that are born at a point, from one of them.
 
@@ -89,7 +89,7 @@ def emanating(
     first = distance(z)
 
     def rule(unknowns: Floats, _p: float) -> str:
-        return NEAR if distance(unknowns[: len(z)]) < share * first else ""
+        return NEAR_BEGINNING if distance(unknowns[: len(z)]) < share * first else ""
 
     return followed(
         Start(kind, equations, condition, tests, z, a), bounds, tangent=line, both=not touched,

@@ -47,7 +47,7 @@ from vibroimpact.bifurcations.tests_along import nothing
 from vibroimpact.branches.beginning import single_tangent, with_touch, without_impact
 from vibroimpact.branches.kinds import GR, PD, SN, ZERO
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.branches.verify import CRITICAL as AT_CRITICAL
+from vibroimpact.branches.verify import CRITICAL_DISTANCE as AT_CRITICAL
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.model.mechanism import accelerations
 from vibroimpact.normal_forms.critical import Refusal, Status
@@ -58,9 +58,13 @@ from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem
 
-SINGULAR = 1e-6  # least singular value over the largest, equilibrated: points are known to 1e-10
-PARALLEL = 1e-9  # to an axis: change of a parameter over that of both, in the ranges
-STEP = 1e-3  # of the ranges of the parameters, from a point where multipliers are not determined
+# This is the least singular value over the largest, equilibrated: points are known to 1e-10.
+SINGULAR_RELATIVE = 1e-6
+# A curve along which one parameter changes by less, relative to both and in the ranges, is parallel
+# to an axis.
+PARALLEL_TO_AXIS = 1e-9
+# It steps so far, in ranges of the parameters, from a point where multipliers are not determined.
+STEP_OF_RANGES = 1e-3
 
 
 @dataclass(frozen=True)
@@ -88,7 +92,7 @@ class GrazingContact:
         For p < at and for p > at: the side of the curve of the touch, +1 for larger q, on which the orbits of the curve
         are motions.
     other_sides
-        The same for the orbits with one impact more (GR) or fewer (ZERO); 0 where it is not decided.
+        Those sides for the orbits with one impact more (GR) or fewer (ZERO); 0 where they are not decided.
     impacts
         Number of impacts of both.
     switchable
@@ -178,7 +182,7 @@ class Touching(NamedTuple):
 
 
 def touching(point: BifurcationPoint) -> Touching:
-    """What the contact of the two curves at a touch is computed from."""
+    """Quantities from which the contact of the two curves at a touch is computed."""
     plane, curve = point.problem.equations, point.curve
     assert isinstance(plane, OrbitPlane)
     assert curve is not None
@@ -218,7 +222,7 @@ def grazing_contact(_kind: PointKind, at: BifurcationPoint) -> GrazingContact | 
         *(np.abs(r[-2:] / np.linalg.norm(r[-2:] / point.widths)) for r in (own, of_touch))
     )
     along = int(np.argmax(common / point.widths))
-    if not common[along] / point.widths[along] > PARALLEL:
+    if not common[along] / point.widths[along] > PARALLEL_TO_AXIS:
         return _refused(point, "each curve is parallel to an axis; combine the parameters", mu)
     own, of_touch = own / own[len(z) + along], of_touch / of_touch[len(z) + along]
     here = _At(plane, z, a, opening(plane, z, a, point.kind, point.nearest, point.segment))
@@ -278,7 +282,7 @@ def _least(plane: OrbitPlane, z: Floats, a: Pair, multiplier: float) -> float:
 
 def _is_regular(plane: OrbitPlane, z: Floats, a: Pair) -> bool:
     """Whether F_z is regular."""
-    return not _least(plane, z, a, 1.0) <= SINGULAR
+    return not _least(plane, z, a, 1.0) <= SINGULAR_RELATIVE
 
 
 def beside(point: Touching, condition: Condition) -> tuple[Floats, Pair]:
@@ -293,7 +297,7 @@ def beside(point: Touching, condition: Condition) -> tuple[Floats, Pair]:
     row = opening(point.plane, z, a, point.kind, point.nearest, point.segment)
     rates = (
         rates
-        * (STEP / float(np.max(np.abs(rates[-2:]) / point.widths)))
+        * (STEP_OF_RANGES / float(np.max(np.abs(rates[-2:]) / point.widths)))
         * _sign(float(row @ rates))
     )
     return z + rates[: len(z)], (a[0] + float(rates[-2]), a[1] + float(rates[-1]))
@@ -382,7 +386,7 @@ def _beyond(
     mu = other.plane.multipliers(other.z, other.a)
     if _are_critical(point.curve, mu):
         return (side, side), count, "", (NewCurve(point.curve.label, 1),)
-    listed = ", ".join(f"{m:.6g}" if abs(m) < 1.0 / SINGULAR else "infinite" for m in mu)
+    listed = ", ".join(f"{m:.6g}" if abs(m) < 1.0 / SINGULAR_RELATIVE else "infinite" for m in mu)
     why = f"orbits with {count} impacts have no {point.curve.label} there: their multipliers are {listed}"
     return (side, side), count, why, ()
 
@@ -402,7 +406,7 @@ def _same_orbits(point: Touching) -> tuple[NewCurve, ...]:
     """The other one of SN and PD (5), else on PD the touch of the doubled orbits, if the doubling moves it."""
     if point.kind == ZERO and point.curve.critical not in ((), (None,)):
         least = [_least(point.plane, point.z, point.a, mu) for mu in (1.0, -1.0)]
-        if max(least) <= SINGULAR:
+        if max(least) <= SINGULAR_RELATIVE:
             partner = PD if point.curve == SN else SN
             return (NewCurve(partner.label, 1),)
     if point.curve.critical != (-1.0,):
@@ -410,7 +414,7 @@ def _same_orbits(point: Touching) -> tuple[NewCurve, ...]:
     doubling = CriticalMultiplier(point.plane, -1.0).start(point.z, point.a)
     row = opening(point.plane, point.z, point.a, point.kind, point.nearest, point.segment)
     scaled = row[: len(doubling)] * point.plane.sizes
-    felt = abs(float(scaled @ doubling)) > SINGULAR * float(np.linalg.norm(scaled))
+    felt = abs(float(scaled @ doubling)) > SINGULAR_RELATIVE * float(np.linalg.norm(scaled))
     return (NewCurve(point.kind.label, 2),) if felt else ()
 
 

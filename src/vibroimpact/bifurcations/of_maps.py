@@ -81,7 +81,7 @@ class MapPlane:
         return first
 
     def touches(self, _z: Floats, _a: Pair, /) -> Mapping[str, float]:
-        """None."""
+        """No closing rates: a map has no stops that an orbit could touch."""
         return {}
 
     def solution(self, z: Floats, a: Pair) -> FixedPoint:

@@ -1,8 +1,8 @@
 """Points of codimension two on a continued curve: verified, named, in order.
 
 Method      a zero of a test function of tests_along.py is a point where the multipliers that it stands for are critical
-            within CRITICAL; functions that are also zero at a point of another name are silent there. Zeros with a
-            real pair of product one (neutral saddles) are no bifurcation and left out
+            within CRITICAL_DISTANCE; functions that are also zero at a point of another name are silent there. Zeros
+            with a real pair of product one (neutral saddles) are no bifurcation and left out
             functions of the multipliers that vanish with a closing rate, where a multiplier is infinite and, with one
             degree of freedom, others are not determined, are silent at that touch
             folds of the curve itself, in the second parameter, are none either
@@ -27,15 +27,17 @@ from vibroimpact.branches.family import EVENT, FLIGHT, SPEED, STICK
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.kinds import GR, kind_of_test
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.branches.verify import CRITICAL
+from vibroimpact.branches.verify import CRITICAL_DISTANCE
 from vibroimpact.continuation import Curve, Unresolved
 from vibroimpact.continuation.panel import BRANCH_POINT
 from vibroimpact.continuation.panel import FOLD as TURN
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.orbit import Orbit
 
-AT_TOUCH = 1e-6  # of the closing rates over their saturation: zeros are located to 1e-10, double ones to 1e-8
-MET = 1e-4  # of kappa, or a multiplier: double ones are known to half of the digits
+# Closing rates over their saturation are smaller: zeros are located to 1e-10, double ones to 1e-8.
+TOUCH_RATE = 1e-6
+# Kappa, or a multiplier, agrees so well: double ones are known to half of the digits.
+SAME_MULTIPLIER = 1e-4
 NO_MULTIPLIERS = (SPEED, FLIGHT, STICK, EVENT)  # words of test functions
 
 _Fields = dict[str, Any]  # of a special point; its place is that of a located point
@@ -74,7 +76,7 @@ def _zeros(kind: PointKind, problem: Augmented, curve: Curve) -> Iterator[_Field
             continue
         z, _, a = problem.parts(point.z, point.parameter)
         of_orbit, segment = point.test.partition(" ")[0] in NO_MULTIPLIERS, -1
-        if not of_orbit and abs(problem.equations.weight(z, a)) <= AT_TOUCH:
+        if not of_orbit and abs(problem.equations.weight(z, a)) <= TOUCH_RATE:
             continue
         solution = problem.orbit(point.z, point.parameter)
         named: PointKind | str = ""
@@ -112,10 +114,10 @@ def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
     if name in (FLIP, FOLD):
         return _also(mu, -critical, critical)
     rest = np.delete(mu, int(np.argmin(np.abs(mu - critical))))
-    if np.abs(rest - critical).min() <= MET:
+    if np.abs(rest - critical).min() <= SAME_MULTIPLIER:
         return with_multipliers(critical, critical)
     i, j = critical_pair(rest)
-    if abs(rest[i] * rest[j] - 1.0) > CRITICAL:
+    if abs(rest[i] * rest[j] - 1.0) > CRITICAL_DISTANCE:
         return f"no pair has the product 1 there: nearest {rest[i]:.6g}, {rest[j]:.6g}"
     return with_multipliers(critical, None) if rest[i].imag else ""
 
@@ -123,11 +125,11 @@ def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
 def _on_torus(name: str, mu: Complexes) -> PointKind | str:
     i, j = critical_pair(mu)
     kappa = float((mu[i] + mu[j]).real) / 2.0
-    if abs(mu[i] * mu[j] - 1.0) > CRITICAL:
+    if abs(mu[i] * mu[j] - 1.0) > CRITICAL_DISTANCE:
         return f"no pair has the product 1 there: nearest {mu[i]:.6g}, {mu[j]:.6g}"
     if name in RESONANCES:
         return TWO.get(name, WEAK)
-    if abs(abs(kappa) - 1.0) <= MET or abs(kappa) > 1.0:
+    if abs(abs(kappa) - 1.0) <= SAME_MULTIPLIER or abs(kappa) > 1.0:
         return ""  # R1 and R2 have their own function; a neutral saddle
     if name == CUBIC:
         return with_multipliers(None)
@@ -135,7 +137,7 @@ def _on_torus(name: str, mu: Complexes) -> PointKind | str:
         return _also(mu, 1.0 if name == FOLD else -1.0, None)
     rest = np.delete(mu, [i, j])
     k, m = critical_pair(rest)
-    if abs(rest[k] * rest[m] - 1.0) > CRITICAL:
+    if abs(rest[k] * rest[m] - 1.0) > CRITICAL_DISTANCE:
         return ""  # a product across the pairs
     return with_multipliers(None, None) if rest[k].imag else ""
 
@@ -150,7 +152,7 @@ def _also(mu: Complexes, value: float, critical: float | None) -> PointKind | st
 
 
 def _near(mu: Complexes, value: float) -> bool:
-    return bool(np.abs(mu - value).min() <= MET)
+    return bool(np.abs(mu - value).min() <= SAME_MULTIPLIER)
 
 
 def _touches(problem: Augmented, curve: Curve, orbits: list[Any]) -> Iterator[_Fields | Unresolved]:

@@ -15,7 +15,7 @@ Method      at a distance s that is measured by the multipliers (R4, R3) or by t
                            its gap vanishes to first order                                                   (4)
             The unknowns of (2), (3) and (4) are corrected at a constant distance from the point.
 Assumes     what the normal form assumes
-Accuracy    solutions to SETTLED of the distance
+Accuracy    solutions to SETTLED_OF_DISTANCE of the distance
 Fails       gives nothing, or ``LinAlgError``
 Reference   Kuznetsov, Elements of Applied Bifurcation Theory, sections 9.3, 9.5 and 9.6
 """
@@ -43,8 +43,10 @@ from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.strong_resonance import CUBE_ROOT, fold_directions, period_four
 
-INSIDE = 0.1  # of the angle between a half-line of folds and the middle of its sector
-SETTLES, SETTLED = 12, 1e-4  # of Newton's method: iterations; last step relative to the distance
+# This is the share of the angle between a half-line of folds and the middle of its sector.
+INSIDE_OF_ANGLE = 0.1
+NEWTON_ITERATIONS = 12  # Newton's method takes so many iterations at most
+SETTLED_OF_DISTANCE = 1e-4  # its last step is so small, relative to the distance
 
 
 class Born(NamedTuple):
@@ -73,7 +75,7 @@ def folds_of_four(
     form = point.normal_form
     manifold, edges = centre(*solution_at(point), 1j), fold_directions(form)
     turn = cmath.phase(edges[1 - which] / edges[which])
-    mu = distance * edges[which] * cmath.exp(1j * INSIDE * turn / 2.0)
+    mu = distance * edges[which] * cmath.exp(1j * INSIDE_OF_ANGLE * turn / 2.0)
     da = manifold.offset(mu)
     if not is_inside(manifold.at(da), bounds):
         return
@@ -159,7 +161,7 @@ def _corrected(origin: Solution, start: Solution, condition: Condition) -> Itera
     d, sizes = len(z), problem.scale()
     away = (z - run_through(origin, z)) / sizes[:d]
     row = np.append(away, np.zeros(len(at) - d))
-    for _ in range(SETTLES):
+    for _ in range(NEWTON_ITERATIONS):
         by = np.column_stack(problem.jacobian(at[:-1], float(at[-1])))
         if not np.all(np.isfinite(by)):
             return
@@ -167,7 +169,7 @@ def _corrected(origin: Solution, start: Solution, condition: Condition) -> Itera
         missing = -problem.residual(at[:-1], float(at[-1])) / lengths
         step = np.linalg.solve(np.vstack([rows, row]), np.append(missing, 0.0))
         at = at + step * sizes
-        if np.abs(step[:d]).max() <= SETTLED * np.abs(away).max():
+        if np.abs(step[:d]).max() <= SETTLED_OF_DISTANCE * np.abs(away).max():
             z, _, a = problem.parts(at[:-1], float(at[-1]))
             yield Born(Solution(equations, z, a))
             return

@@ -15,7 +15,8 @@ import numpy as np
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.bifurcations.curve import BifurcationCurve
 
-ON_A_NODE = 1e-12  # scaled arclength: a special point that is a point of the curve
+# A special point that is so near, in scaled arclength, is a point of the curve.
+SAME_ARCLENGTH = 1e-12
 
 
 class Meaning(IntEnum):
@@ -50,7 +51,7 @@ def stretches(curve: BifurcationCurve) -> list[Stretch]:
     ]
     nodes = curve.curve.arclength
     for point in curve.special_points:
-        if np.abs(nodes - point.arclength).min() > ON_A_NODE:
+        if np.abs(nodes - point.arclength).min() > SAME_ARCLENGTH:
             at = np.array([point.parameters[name] for name in curve.names])
             places.append((point.arclength, -1, at))
     places.sort(key=lambda place: place[0])

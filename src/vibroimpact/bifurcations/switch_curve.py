@@ -39,7 +39,7 @@ from vibroimpact.bifurcations.continue_bifurcation import (
 )
 from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.bifurcations.emanating import (
-    NEAR,
+    NEAR_BEGINNING,
     checked_bounds,
     emanating,
     width_of,
@@ -56,8 +56,10 @@ from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.special_points import NewCurve
 
-SIZES = tuple(0.01 * 0.4**k for k in range(10))  # distances in the order in which they are tried
-CORRECTED = 0.5  # of the distance from the point: by more a start that was predicted is not moved
+# Distances of a start from the point are tried in this order.
+START_DISTANCES = tuple(0.01 * 0.4**k for k in range(10))
+# A start that was predicted is moved by no larger share of its distance from the point.
+CORRECTION_SHARE = 0.5
 TO_THE_POINT = Steps(first=0.02, largest=0.5, points=200)
 
 Starts = Callable[[float], Iterable[Born]]  # of a curve, at a distance
@@ -173,7 +175,7 @@ def _beginning(
 ) -> BifurcationCurve | NoCurve:
     """The first curve that begins at the point (1)."""
     origin, refused = solution_at(point), Counter[str]()
-    for size in SIZES:
+    for size in START_DISTANCES:
         for born in _without_failure(starts, size, refused):
             curve = _leading_back(origin, ONE[new.kind], born, options)
             if isinstance(curve, BifurcationCurve):
@@ -198,7 +200,7 @@ def _without_failure(starts: Starts, size: float, refused: Counter[str]) -> Iter
 
 def _nothing(point: BifurcationPoint, new: NewCurve, refused: Counter[str]) -> NoCurve:
     why = "; ".join(f"{reason} ({times} times)" for reason, times in refused.most_common())
-    within = f"at distances from {SIZES[0]:g} to {SIZES[-1]:.1g}"
+    within = f"at distances from {START_DISTANCES[0]:g} to {START_DISTANCES[-1]:.1g}"
     return NoCurve(point, f"no curve of {new} that begins at the point was found {within}: {why}")
 
 
@@ -216,7 +218,7 @@ def _leading_back(
         if not all(is_inside(a, bounds) for a in curve.values.tolist()):
             return "the curve near the start lies outside the bounds"
         start, moved = _start_of(curve, origin, born.solution)
-        if moved > CORRECTED:
+        if moved > CORRECTION_SHARE:
             return "Newton's method leads away from the start"
         if born.condition or _ends_near(curve, origin, start):  # a touch is followed away only
             return curve
@@ -243,7 +245,7 @@ def _ends_near(curve: BifurcationCurve, origin: Solution, start: int) -> bool:
     widths = [width_of(pair) for pair in curve.bounds]
     away = np.abs((curve.values - origin.a) / widths).max(axis=1)
     both = zip((0, -1), curve.ends, strict=True)
-    return any(end.detail == NEAR and away[k] < away[start] for k, end in both)
+    return any(end.detail == NEAR_BEGINNING and away[k] < away[start] for k, end in both)
 
 
 # ---- GR and ZERO ---------------------------------------------------------------------------------

@@ -42,9 +42,9 @@ from vibroimpact.normal_forms.flip_fold import Flip, flip
 from vibroimpact.normal_forms.forms import InSizes
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
+from vibroimpact.normal_forms.resonance import HIGHEST_DENOMINATOR
 from vibroimpact.orbits.admissibility import Nearest
 
-HIGHEST = 12  # of q in (5)
 CUSP, FLIP, FOLD, PAIR, CUBIC, OTHERS = "cusp", "flip", "fold", "pair", "cubic", "others"
 
 
@@ -52,7 +52,9 @@ def _fractions() -> dict[str, float]:
     """Cosines of (5) by the name of the resonance; strong ones by their labels."""
     strong = {kind.label: Fraction(*kind.resonance) for kind in TWO.values() if kind.resonance}
     found = {label: round(_cosine(ratio), 15) for label, ratio in strong.items()}  # exact
-    ratios = {Fraction(p, q) for q in range(5, HIGHEST + 1) for p in range(1, (q + 1) // 2)}
+    ratios = {
+        Fraction(p, q) for q in range(5, HIGHEST_DENOMINATOR + 1) for p in range(1, (q + 1) // 2)
+    }
     weak = sorted(ratio for ratio in ratios if ratio.denominator >= 5)
     return found | {f"{r.numerator}/{r.denominator}": _cosine(r) for r in weak}
 
@@ -86,7 +88,7 @@ class AtMultiplier:
         self._pair = CriticalPair(condition.equations)
 
     def __call__(self, z: Floats, w: Floats, a: Pair) -> Mapping[str, float]:
-        """(1) to (4)."""
+        """Values of the test functions (1) to (4)."""
         tests = {PAIR: self._pair.tau(z, a)}
         if self.condition.multiplier == 1.0:
             tests[CUSP] = self._cusp(z, w, a)
@@ -124,7 +126,7 @@ class AtPair:
         self._multiplier = CriticalMultiplier(condition.equations, 1.0)
 
     def __call__(self, z: Floats, _w: Floats, a: Pair) -> Mapping[str, float]:
-        """(5) to (8)."""
+        """Values of the test functions (5) to (8)."""
         mu = self.equations.multipliers(z, a)
         i, j = critical_pair(mu)
         kappa = float((mu[i] + mu[j]).real) / 2.0

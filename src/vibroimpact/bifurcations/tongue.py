@@ -52,14 +52,19 @@ from vibroimpact.results.result import Result
 if TYPE_CHECKING:
     import xarray as xr
 
-SMALLEST, LARGEST = 0.04, 0.5  # r, relative to the size of the orbit
-GROWTH, LONGEST = 1.5, 4.0  # of r from one try to the next
-PHASES = (0.5, 0.25, 0.0, 0.75)  # phi q / (2 pi): near a fold Newton's method has no room
-TURN = 1e-4  # radians, for the direction of phi
-SPAN = 0.02  # size of the parameter on a slice, as a change of log nu
-APART = 1e-9  # as a change of log nu: folds that are nearer make equations that are nearly singular twice
+SMALLEST_RADIUS = 0.04  # r is so large at least, relative to the size of the orbit
+LARGEST_RADIUS = 0.5  # r is so large at most
+RADIUS_GROWTH = 1.5  # r grows by this factor from one try to the next
+LARGEST_RADIUS_GROWTH = 4.0  # r grows by no larger factor
+# Phi q / (2 pi) is tried in this order: near a fold Newton's method has no room.
+TRIED_PHASES = (0.5, 0.25, 0.0, 0.75)
+PHASE_STEP = 1e-4  # a step of phi, in radians, tells its direction
+SLICE_SPAN = 0.02  # the parameter on a slice has this size, as a change of log nu
+# Folds that are nearer, as a change of log nu, make equations that are nearly singular twice.
+LEAST_FOLD_DISTANCE = 1e-9
 TINY = float(np.finfo(float).tiny)
-AT_TIP = 0.8  # of the radius of the start: nearer to the tip both sides are one to rounding
+# Nearer to the tip, relative to the radius of the start, both sides are one to rounding.
+TIP_OF_RADIUS = 0.8
 SIDES = Steps(first=0.05, largest=1.0, tolerance=1e-6, points=600)
 ALONG = Steps(first=0.02, largest=0.5, points=200)
 
@@ -168,7 +173,9 @@ def tongue(
                 sides = []
                 for fold in start.folds:
                     born = Born(start.slice.solution(fold))
-                    sides.append(emanating(SN, origin, born, inside, steps or SIDES, told, AT_TIP))
+                    sides.append(
+                        emanating(SN, origin, born, inside, steps or SIDES, told, TIP_OF_RADIUS)
+                    )
                     uninterrupted(sides[-1].curve)
                 first, second = sides
                 if min(len(first), len(second)) > 1:
@@ -190,15 +197,21 @@ def _starts(
     """Folds on both sides of a locked orbit (2), at radii r at which they are well apart."""
     equations = manifold.equations.repeated(resonance[1])
     unit = float(np.abs(manifold.v / manifold.equations.sizes).max())
-    r, largest = SMALLEST / unit, LARGEST / unit
+    r, largest = SMALLEST_RADIUS / unit, LARGEST_RADIUS / unit
     while r <= largest:
-        tries = (_slice(manifold, form, resonance, r, phase, equations, bounds) for phase in PHASES)
+        tries = (
+            _slice(manifold, form, resonance, r, phase, equations, bounds) for phase in TRIED_PHASES
+        )
         found = next(filter(None, tries), None)
         apart = _apart(manifold, found) if found else 0.0
-        if found and apart >= APART:
+        if found and apart >= LEAST_FOLD_DISTANCE:
             yield found
-        growth = (2.0 * APART / apart) ** (1.0 / (resonance[1] - 2)) if apart else GROWTH  # (3)
-        r *= min(LONGEST, max(GROWTH, growth))
+        growth = (
+            (2.0 * LEAST_FOLD_DISTANCE / apart) ** (1.0 / (resonance[1] - 2))
+            if apart
+            else RADIUS_GROWTH
+        )  # (3)
+        r *= min(LARGEST_RADIUS_GROWTH, max(RADIUS_GROWTH, growth))
 
 
 def _apart(manifold: Centre, found: _Start) -> float:
@@ -221,15 +234,15 @@ def _slice(
     # the parameter that leads across the tongue, whose axis is -d, most steeply
     steepness = np.abs((rates * form.d.conjugate()).imag) / np.maximum(np.abs(rates), TINY)
     along = int(np.argmax(steepness))
-    piece = Slice(equations, along, a[1 - along], SPAN / float(abs(rates[along])))
+    piece = Slice(equations, along, a[1 - along], SLICE_SPAN / float(abs(rates[along])))
     points = r * np.exp(2j * math.pi * (phase + p * np.arange(q)) / q)
     unroll = manifold.equations.unrolled
     start = unroll(manifold.z, manifold.moved(points, da))
-    turned = unroll(manifold.z, manifold.moved(points * np.exp(1j * TURN), da))
+    turned = unroll(manifold.z, manifold.moved(points * np.exp(1j * PHASE_STEP), da))
     try:
         curve = on_slice(
             piece, start, a[along], bounds[along],
-            tangent=np.append((turned - start) / TURN, 0.0), terminal=(FOLD,), steps=ALONG,
+            tangent=np.append((turned - start) / PHASE_STEP, 0.0), terminal=(FOLD,), steps=ALONG,
         )  # fmt: skip
     except InvalidParameterError:  # Newton's method does not converge
         return None

@@ -22,7 +22,7 @@ import numpy as np
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.equations import Equations, Pair
 
-SINGULAR = 1e-6  # relative: a singular value of (3) below it belongs to a multiplier nu^2
+SINGULAR_RELATIVE = 1e-6  # a smaller singular value of (3) belongs to a multiplier nu^2
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Centre:
         return da
 
     def at(self, da: Floats) -> Pair:
-        """Both parameters after a change."""
+        """Values of both parameters after a change."""
         return self.a[0] + float(da[0]), self.a[1] + float(da[1])
 
     def moved(self, zeta: Complexes, da: Floats) -> Floats:
@@ -96,7 +96,9 @@ def centre(equations: Equations, z: Floats, a: Pair, near: complex) -> Centre:
     slopes = w.conj() @ (by_v @ drift + second[:, d:]) / (w.conj() @ equations.closing @ v)  # (1)
 
     def solved(multiplier: complex, square: Complexes) -> Complexes:
-        unknown = np.linalg.lstsq(shifted(multiplier), -square / equations.rows, SINGULAR)[0]
+        unknown = np.linalg.lstsq(shifted(multiplier), -square / equations.rows, SINGULAR_RELATIVE)[
+            0
+        ]
         return np.asarray(unknown, dtype=np.complex128) * equations.sizes
 
     h20 = solved(nu**2, by_v @ v)

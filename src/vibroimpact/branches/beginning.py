@@ -38,10 +38,13 @@ from vibroimpact.simulation.simulate import simulate
 
 Bounds = tuple[float, float]
 
-REGULAR = 1e-9  # least singular value, rows of length 1, of equations with a single tangent
-BEYOND = (1e-4, 1e-3, 1e-2)  # (3): steps beyond a touch, in ranges of the parameter
-TURNS = 3.5  # (3): periods simulated
-NUDGE = 1e-4  # step along a scaled tangent, to find the side on which the touching impact closes
+# Equations with rows of length 1 and a larger least singular value have a single tangent.
+LEAST_REGULAR_SINGULAR_VALUE = 1e-9
+# These are the steps of (3) beyond a touch, in ranges of the parameter.
+STEPS_BEYOND_TOUCH = (1e-4, 1e-3, 1e-2)
+SIMULATED_PERIODS = 3.5  # (3) simulates so many periods
+# A step of this length along a scaled tangent finds the side on which the touching impact closes.
+NUDGE_ALONG_TANGENT = 1e-4
 
 
 @dataclass(frozen=True, repr=False)
@@ -119,12 +122,12 @@ def grown(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
 def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
     """Start (3) on the branch of the orbits with an event more, or fewer."""
     known, name, why = point.orbit.signature, point.name, set()
-    for step in BEYOND:
+    for step in STEPS_BEYOND_TOUCH:
         for p in (point.parameter + step * (bounds[1] - bounds[0]) * sign for sign in (1.0, -1.0)):
             if not bounds[0] < p < bounds[1]:
                 continue
             system = with_parameter(point.orbit.system, name, p)
-            run = simulate(system, point.orbit.state, t_max=TURNS * point.orbit.period)
+            run = simulate(system, point.orbit.state, t_max=SIMULATED_PERIODS * point.orbit.period)
             loop = closing_loop(run, None, known.cycles)
             if isinstance(loop, str):
                 why.add(loop)
@@ -201,7 +204,7 @@ def _ordinary(
 
 def _closing(start: BranchStart, k: int) -> BranchStart:
     """Direction of (1) only: towards a positive closing speed of impact k."""
-    there = start.z + NUDGE * start.tangent[:-1]
+    there = start.z + NUDGE_ALONG_TANGENT * start.tangent[:-1]
     rate = start.family.linearised(there, start.parameter).rate[k]
     forward = np.copysign(1.0, start.family.impacts[k][1] * rate)
     return start._replace(tangent=forward * start.tangent, both=False)
@@ -215,7 +218,7 @@ def single_tangent(problem: Problem, z: Floats, p: float) -> Floats | None:
     if not np.all(np.isfinite(matrix)):
         return None
     _, values, rows = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=1)[:, None])
-    return rows[-1] * sizes if values[-1] > REGULAR else None
+    return rows[-1] * sizes if values[-1] > LEAST_REGULAR_SINGULAR_VALUE else None
 
 
 def shrunk(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:

@@ -12,7 +12,7 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import asymmetry
 
-HALVINGS = 50  # of a range, until it is no wider than rounding
+RANGE_HALVINGS = 50  # a range that is halved so often is no wider than rounding
 
 
 def check_parameter(orbit: Orbit, parameter: str, bounds: tuple[float, float]) -> None:
@@ -48,7 +48,7 @@ def _towards(orbit: Orbit, parameter: str, value: float, bound: float) -> Mechan
 
     None where no value on that side is allowed: the branch will end there, with a status.
     """
-    for halvings in range(1, HALVINGS):
+    for halvings in range(1, RANGE_HALVINGS):
         there = value + (bound - value) * 0.5**halvings
         with suppress(InvalidParameterError):
             return mechanism_of(with_parameter(orbit.system, parameter, there))

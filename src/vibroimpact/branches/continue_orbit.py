@@ -22,12 +22,12 @@ from vibroimpact.branches.stop_rules import StopWhen, stop_rule
 from vibroimpact.branches.vanishing import passed_over, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
-from vibroimpact.continuation.walk import AT_START, check_steps
+from vibroimpact.continuation.walk import START_ARCLENGTH, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
-AT_ONCE = 1e-6  # of scaled arclength: functions that vanish at one point
+SAME_ARCLENGTH = 1e-6  # functions that vanish at points so near, in scaled arclength, vanish at one
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
@@ -194,13 +194,13 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_Fields | Unres
         orbit = family.orbit(point.z, point.parameter)
         fields = vars(point) | {"orbit": orbit}
         if touch := touch_at(orbit):
-            if not touched or abs(point.arclength - touched[-1]) > AT_ONCE:
+            if not touched or abs(point.arclength - touched[-1]) > SAME_ARCLENGTH:
                 touched.append(point.arclength)
                 yield fields | {"record": GR, "nearest": touch}
             continue
         if not (record.touch or record.function) and orbit.rateless:
             continue  # the map has a limit there, the functions of its equations vanish
-        if record.touch and abs(point.arclength) < AT_START:
+        if record.touch and abs(point.arclength) < START_ARCLENGTH:
             continue  # the touch at the start of the branch: its sign there is rounding
         if is_neutral(curve, point, orbit):
             continue

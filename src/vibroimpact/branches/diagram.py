@@ -3,13 +3,13 @@
 Method      From the branch of the orbit, branches are switched (switch.py) once at every point of
             kind PD, BP, GR or ZERO next to which orbits are admissible, breadth first, but points
             whose own orbit is admissible before those next to admissible orbits on one side only:
-              - points at one parameter value (NEAR) that share their loop (same_orbit.py), up
+              - points at one parameter value (SAME_JUNCTION_OF_RANGE) that share their loop (same_orbit.py), up
                 to its first impact and the mirror image, are one junction; a loop at PD or BP may
                 be a double one, one at ZERO is that of the grazing orbit;                     (1)
               - a branch that holds the same orbit as a known one, in the same sense, at a common
-                value of the parameter is not new. Compared are the orbits at PROBES of its points
+                value of the parameter is not new. Compared are the orbits at PROBE_SHARES of its points
                 with those that Newton's method finds between neighbouring points of the known
-                branch that enclose the value, within SAME.                                    (2)
+                branch that enclose the value, within SAME_ORBIT_RELATIVE.                                    (2)
             The attractors are those of a bifurcation_sweep, upwards and then back.
 Accuracy    of the branches, continuation; (1) and (2) the tolerances stated
 Fails       a junction where no branch was found is listed with its reason
@@ -43,7 +43,7 @@ from vibroimpact.branches.switch import switch_branch
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
-from vibroimpact.orbits.find import SAME, Guess, converged, solve
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, converged, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
 from vibroimpact.simulation.places import AtStop
@@ -54,10 +54,12 @@ if TYPE_CHECKING:
 Say = Callable[[str], object]
 
 SWEPT_POINTS = 60  # section points kept at every value of the sweep
-NEAR = 1e-7  # of the range: values of the parameter at one junction
-JUNCTION = 1e-4  # of their size: states at one junction, where square roots halve the digits
-VALUE_BYTES = 2**14  # per value of the sweep: some hundred section points, up and down
-PROBES = (0.5, 0.25, 0.75)  # shares of a branch's points
+# Junctions at values that are so near, relative to the range, are one.
+SAME_JUNCTION_OF_RANGE = 1e-7
+# States at one junction agree so well, relative to their size: square roots halve the digits.
+JUNCTION_OF_STATES = 1e-4
+BYTES_PER_VALUE = 2**14  # a value of the sweep has some hundred section points, up and down
+PROBE_SHARES = (0.5, 0.25, 0.75)  # a branch is probed at these shares of its points
 STOP_WHEN = inadmissible()
 
 
@@ -219,7 +221,7 @@ def branch_diagram(
         ("attractors", attractors, 0),
     ):
         check_count(name, value, least)
-    check_memory("attractors", attractors, VALUE_BYTES, "Take fewer.")
+    check_memory("attractors", attractors, BYTES_PER_VALUE, "Take fewer.")
     check_progress(progress)
     orbit = converged(orbit)
     behind = None
@@ -360,10 +362,10 @@ class Tree:
         mechanism = mechanism_of(point.orbit.system)
         span = self.bounds[1] - self.bounds[0]
         for known, result in self.junctions:
-            near = abs(known.parameter - here.parameter) <= NEAR * span
+            near = abs(known.parameter - here.parameter) <= SAME_JUNCTION_OF_RANGE * span
             if not near or known.touching != here.touching:
                 continue
-            how = same_loop(known.loop, here.loop, mechanism, JUNCTION)
+            how = same_loop(known.loop, here.loop, mechanism, JUNCTION_OF_STATES)
             if not how:
                 continue
             if result is not None:
@@ -416,7 +418,7 @@ def _named(how: str) -> str:
 
 
 def _junction(point: BifurcationPoint) -> _Junction:
-    loop = junction_of(point, JUNCTION)
+    loop = junction_of(point, JUNCTION_OF_STATES)
     return _Junction(point.parameter, loop, point.record.touch)
 
 
@@ -425,11 +427,11 @@ def same_branch(found: Branch, known: Branch) -> str:
     if len(found.family.signature.impacts) != len(known.family.signature.impacts):
         return ""
     mechanism = mechanism_of(found.family.system)
-    for share in PROBES:
+    for share in PROBE_SHARES:
         index = int(share * (len(found) - 1))
         here = loop_of(found.orbit(index))
         for orbit in orbits_at(known, float(found.values[index])):
-            how = same_loop(here, loop_of(orbit), mechanism, SAME)
+            how = same_loop(here, loop_of(orbit), mechanism, SAME_ORBIT_RELATIVE)
             if how:
                 return how
     return ""

@@ -42,7 +42,7 @@ from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 from vibroimpact.orbits.multipliers import Pencil, pencil_of
-from vibroimpact.orbits.newton import CONVERGED, FOUND, guard_sizes, rows_of, scale_of
+from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
     OrbitProblem,
@@ -54,7 +54,7 @@ from vibroimpact.orbits.problem import (
 )
 from vibroimpact.results.tree import Missing
 
-SATURATION = 0.05  # rho_ref, relative to the fastest event at the start
+SATURATION_OF_FASTEST = 0.05  # rho_ref has this ratio to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 EVENT = "event"
 
@@ -196,7 +196,9 @@ class OrbitFamily(OrbitProblem):
         states, durations = self.unpacked(z)
         left = np.abs(self.residual(z, p)) / rows_of(self, self._sizes[:-1])
         error, status = float(left.max()), FOUND
-        if not error <= CONVERGED and not np.all(left <= CONVERGED * self._growth(z, p)):
+        if not error <= CONVERGED_RELATIVE and not np.all(
+            left <= CONVERGED_RELATIVE * self._growth(z, p)
+        ):
             status = f"the equations do not hold: relative residual {error:.1e}"
         return Orbit(
             self.system_at(p), self.signature, states, durations, error, status, self.parameter
@@ -235,7 +237,11 @@ class OrbitFamily(OrbitProblem):
 
     def _saturated(self, rates: Floats) -> Floats:
         """Denominators of (1)."""
-        self._reference = self._reference or SATURATION * float(np.abs(rates).max()) or SATURATION
+        self._reference = (
+            self._reference
+            or SATURATION_OF_FASTEST * float(np.abs(rates).max())
+            or SATURATION_OF_FASTEST
+        )
         denominators: Floats = np.sqrt(rates**2 + self._reference**2)
         return denominators
 

@@ -28,8 +28,8 @@ from scipy.optimize import minimize_scalar
 
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED
-from vibroimpact.branches.verify import VANISHED
-from vibroimpact.compile.prescribed import GAP, End
+from vibroimpact.branches.verify import VANISHED_OF_LARGEST
+from vibroimpact.compile.prescribed import GAP_WATCH, End
 from vibroimpact.continuation import Curve, LocatedPoint, Unresolved
 from vibroimpact.continuation.expansion import brent
 from vibroimpact.continuation.newton import Node, correct
@@ -40,10 +40,11 @@ from vibroimpact.orbits.newton import guard_sizes, scale_of
 from vibroimpact.orbits.orbit import Orbit
 
 TEST = "gap"  # name of the least gap as a test function
-FINEST = 1e-13  # of the distance of two points
-AT_ONCE = 1e-9  # of the period
+FINEST_OF_DISTANCE = 1e-13  # a point is known so well, relative to the distance of two points
+NO_TIME_OF_PERIOD = 1e-9  # a flight that is shorter, relative to the period, has no duration
 UNKNOWN = "the least gap is not known all the way between two points"
-EDGE = 1e-2  # of a flight: an extremum this near to an impact on the same stop belongs to it
+# An extremum that is so near to an impact on the same stop, relative to the flight, belongs to it.
+EDGE_OF_FLIGHT = 1e-2
 
 
 class Grazing(NamedTuple):
@@ -108,7 +109,9 @@ class _Between:
         length = self.curve.arclength
         at = float(length[self.i] + share * (length[self.i + 1] - length[self.i]))
         tangent = node.tangent * self.problem.sizes
-        error = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST + float(np.spacing(p))
+        error = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST_OF_DISTANCE + float(
+            np.spacing(p)
+        )
         point = LocatedPoint(
             test=TEST,
             parameter=p,
@@ -131,13 +134,15 @@ class _Between:
 def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     """Whether a gap vanishes for another reason: zero speed of an impact, two impacts at once."""
     k, stop = nearest.segment, (nearest.contact, nearest.side)
-    if np.abs(orbit.durations).min() < AT_ONCE * float(np.abs(orbit.durations).sum()):
+    if np.abs(orbit.durations).min() < NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum()):
         return True  # two impacts at once: SIM
     share = nearest.time / float(orbit.durations[k])
     begun, ended = orbit.signature.impacts[k], orbit.signature.solved[k]
-    if nearest.watch != GAP:  # guards of an element change with its state
+    if nearest.watch != GAP_WATCH:  # guards of an element change with its state
         begun, ended = (Stop(end.contact, nearest.side) for end in (begun, ended))
-    return (share < EDGE and stop == begun) or (share > 1.0 - EDGE and stop == ended)
+    return (share < EDGE_OF_FLIGHT and stop == begun) or (
+        share > 1.0 - EDGE_OF_FLIGHT and stop == ended
+    )
 
 
 def _no_touch(orbit: Orbit, nearest: Nearest) -> str:
@@ -145,7 +150,7 @@ def _no_touch(orbit: Orbit, nearest: Nearest) -> str:
     problem, k = orbit.problem, nearest.segment
     sizes = scale_of(problem, problem.packed(orbit.states, orbit.durations))
     end = End(nearest.contact, nearest.side, problem.modes[k], nearest.watch)
-    if abs(nearest.gap) > VANISHED * guard_sizes(problem, sizes, [end])[0]:
+    if abs(nearest.gap) > VANISHED_OF_LARGEST * guard_sizes(problem, sizes, [end])[0]:
         return f"a least gap changes its sign by a jump: {nearest}"
     if nearest.time in (0.0, float(orbit.durations[k])):
         return f"two impacts at once, one of them not among the prescribed: {nearest}"

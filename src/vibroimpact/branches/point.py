@@ -9,14 +9,14 @@ from typing import Any
 
 from vibroimpact._core.checks import check_kind, refusal
 from vibroimpact._core.types import Complexes
-from vibroimpact.compile.prescribed import GAP
+from vibroimpact.compile.prescribed import GAP_WATCH
 from vibroimpact.continuation import LocatedPoint
 from vibroimpact.normal_forms.critical import Refusal, Status
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.orbit import Orbit
 
-TOUCHED = 1e-7  # relative: overlap at a touch, where square roots halve the digits
+TOUCH_RELATIVE = 1e-7  # the overlap at a touch is smaller: square roots halve the digits
 
 
 def is_motion(solution: Any, record: PointKind) -> bool:
@@ -24,7 +24,7 @@ def is_motion(solution: Any, record: PointKind) -> bool:
     if not record.touch:
         return bool(getattr(solution, "admissible", True))  # fixed points of maps always are
     if isinstance(solution, Orbit):
-        return solution.converged and not solution.why_inadmissible(TOUCHED)
+        return solution.converged and not solution.why_inadmissible(TOUCH_RELATIVE)
     return True
 
 
@@ -100,7 +100,7 @@ class BifurcationPoint(LocatedPoint):
         if not self.record.of_element or not isinstance(self.orbit, Orbit):
             return False
         if self.nearest:
-            return self.nearest.watch != GAP
+            return self.nearest.watch != GAP_WATCH
         signature, rigid = self.orbit.signature, len(self.orbit.mechanism.rigid_stops)
         both = signature.impacts[self.segment], signature.solved[self.segment]
         return any(stop.contact >= rigid for stop in both)

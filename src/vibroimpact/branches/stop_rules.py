@@ -19,7 +19,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.vanishing import passed_over
 from vibroimpact.continuation.walk import BeginRule, StopRule
-from vibroimpact.orbits.orbit import NEUTRAL, Orbit
+from vibroimpact.orbits.orbit import NEUTRAL_DISTANCE, Orbit
 
 
 class RuleError(InvalidParameterError):
@@ -89,7 +89,7 @@ def unstable(*, multipliers: int = 1) -> Rule:
     check_count("multipliers", multipliers, 0)
 
     def ended(orbit: Orbit) -> str:
-        outside = int((np.abs(orbit.multipliers) > 1.0 + NEUTRAL).sum())
+        outside = int((np.abs(orbit.multipliers) > 1.0 + NEUTRAL_DISTANCE).sum())
         return f"{outside} multipliers outside the unit circle" if outside > multipliers else ""
 
     return ended

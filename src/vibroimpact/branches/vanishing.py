@@ -17,10 +17,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vibroimpact.branches.grazing import NO_TIME_OF_PERIOD
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.orbit import Orbit
-
-NO_TIME = 1e-9  # of the period
 
 
 def passing(orbit: Orbit) -> Iterator[int]:
@@ -33,7 +32,7 @@ def passing(orbit: Orbit) -> Iterator[int]:
 
 def passed_over(orbit: Orbit) -> str:
     """Reason why the sequence of an orbit has ended; "" where it goes on."""
-    shortest = -NO_TIME * float(np.abs(orbit.durations).sum())
+    shortest = -NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum())
     for k in passing(orbit):
         if orbit.durations[k] < shortest:
             return f"flight {k}, with a state of element {orbit.signature.ends[k].contact}, takes no time"
@@ -46,7 +45,7 @@ def passed_over(orbit: Orbit) -> str:
 
 def touch_at(orbit: Orbit) -> Nearest | None:
     """The touch (1) of an orbit in which a flight lasts no time; None where there is none."""
-    longest = NO_TIME * float(np.abs(orbit.durations).sum())
+    longest = NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum())
     for k in passing(orbit):
         before, ends = k - 1, orbit.signature.ends
         still = before in orbit.rateless or before + len(ends) in orbit.rateless

@@ -6,8 +6,8 @@ Method      at the zero the equations hold (checked by family.py), and of the so
             NS             a complex pair has the product 1. Two other zeros of its function are
                            no bifurcation: a real pair with the product 1 (a neutral saddle), and
                            an impact speed that vanishes, which is a factor of the function
-            within CRITICAL. At ZERO, SIM and STICK the function itself, a speed, a time, an
-            acceleration, is below VANISHED of its largest along the curve.
+            within CRITICAL_DISTANCE. At ZERO, SIM and STICK the function itself, a speed, a time, an
+            acceleration, is below VANISHED_OF_LARGEST of its largest along the curve.
 Assumes     no more than three multipliers meet: rounding moves a triple one by its cube root
 Fails       a sentence with the condition that fails. Where an impact speed vanishes, all functions
             of the equations can have a zero that is not one of the map: an undamped flight over
@@ -24,8 +24,9 @@ from vibroimpact.continuation import Curve, LocatedPoint
 from vibroimpact.continuation.panel import BUILT_IN
 from vibroimpact.orbits.orbit import Orbit
 
-CRITICAL = 1e-5  # more than the cube root of rounding, 6e-6
-VANISHED = 1e-8
+# A critical multiplier is so near: more than the cube root of rounding, 6e-6.
+CRITICAL_DISTANCE = 1e-5
+VANISHED_OF_LARGEST = 1e-8  # what is smaller, relative to its largest value, is zero
 
 
 def why_none(family: OrbitFamily, curve: Curve, point: LocatedPoint, orbit: Orbit) -> str:
@@ -40,7 +41,11 @@ def why_none(family: OrbitFamily, curve: Curve, point: LocatedPoint, orbit: Orbi
         return _no_pair(orbit)
     value = family.watch(point.z, point.parameter)[point.test]
     size = float(np.nanmax(np.abs(curve.tests[point.test])))
-    return "" if abs(value) <= VANISHED * size else f"{point.test} is not zero there, but {value:g}"
+    return (
+        ""
+        if abs(value) <= VANISHED_OF_LARGEST * size
+        else f"{point.test} is not zero there, but {value:g}"
+    )
 
 
 def is_neutral(curve: Curve, point: LocatedPoint, orbit: Orbit) -> bool:
@@ -48,10 +53,10 @@ def is_neutral(curve: Curve, point: LocatedPoint, orbit: Orbit) -> bool:
     if point.test != TORUS or not orbit.converged:
         return False
     fastest = [np.abs(f).max() for name, f in curve.tests.items() if name.startswith(SPEED)]
-    if np.any(np.abs(orbit.linearised.rate) <= VANISHED * np.array(fastest)):
+    if np.any(np.abs(orbit.linearised.rate) <= VANISHED_OF_LARGEST * np.array(fastest)):
         return True
     first, second = _critical_pair(orbit)
-    return abs(first * second - 1.0) <= CRITICAL and first.imag == 0.0
+    return abs(first * second - 1.0) <= CRITICAL_DISTANCE and first.imag == 0.0
 
 
 def _solved(orbit: Orbit) -> Complexes:
@@ -62,7 +67,7 @@ def _solved(orbit: Orbit) -> Complexes:
 def _not_critical(orbit: Orbit, value: float) -> str:
     mu = _solved(orbit)
     nearest = mu[np.argmin(np.abs(mu - value))]
-    if abs(nearest - value) <= CRITICAL:
+    if abs(nearest - value) <= CRITICAL_DISTANCE:
         return ""
     return f"no multiplier is {value:g} there: the nearest is {nearest:.6g}"
 
@@ -77,6 +82,6 @@ def _critical_pair(orbit: Orbit) -> tuple[complex, complex]:
 
 def _no_pair(orbit: Orbit) -> str:
     first, second = _critical_pair(orbit)
-    if abs(first * second - 1.0) <= CRITICAL:
+    if abs(first * second - 1.0) <= CRITICAL_DISTANCE:
         return ""
     return f"no pair of multipliers has the product 1 there: nearest {first:.6g}, {second:.6g}"

@@ -15,7 +15,8 @@ EXAMPLE = (
     "  vibroimpact circle impact-damper/A --omega 1.0 --along omega=0.99:1.02 --out circles.nc "
     "--out rotation.svg"
 )
-SEARCH, LIMITS = ("settle_iterates", "points"), ("tolerance", "most_nodes")
+SEARCH_ARGUMENTS = ("settle_iterates", "points")
+LIMIT_ARGUMENTS = ("tolerance", "most_nodes")
 AXES = ("x", "y")
 
 
@@ -23,7 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     common.add_start(parser, at_orbit=False)
     group = parser.add_argument_group("circle", "Of the motion from the start.")
-    common.add_arguments_of(group, find_circle, SEARCH + LIMITS)
+    common.add_arguments_of(group, find_circle, SEARCH_ARGUMENTS + LIMIT_ARGUMENTS)
     group.add_argument(
         "--full-map", action="store_true",
         help="solve on the full map where the motion is its own mirror image, instead of on the half map: for "
@@ -53,7 +54,7 @@ def run(arguments: argparse.Namespace) -> Done:
     state = common.start_of(arguments, case)
     circle = find_circle(
         case.system, state, symmetric=False if arguments.full_map else None,
-        **common.given(arguments, SEARCH + LIMITS),
+        **common.given(arguments, SEARCH_ARGUMENTS + LIMIT_ARGUMENTS),
     )  # fmt: skip
     if not circle.converged:
         raise common.Failure(f"no circle was found from {state}: {circle.status}.")
@@ -62,6 +63,6 @@ def run(arguments: argparse.Namespace) -> Done:
         return Done(said, circle, lambda: plot_invariant_circle(circle, **looks))
     ((parameter, bounds),) = along
     family = continue_circle(
-        circle, parameter, bounds, progress=True, **common.given(arguments, LIMITS)
+        circle, parameter, bounds, progress=True, **common.given(arguments, LIMIT_ARGUMENTS)
     )
     return Done([*said, family], family, lambda: plot_circle_branch(family))

@@ -62,7 +62,7 @@ TYPES: dict[str, Callable[[str], Any]] = {  # of values in options, by the annot
 }  # fmt: skip
 GRID = "NAME=LOW:HIGH:COUNT"
 RANGE = "NAME=LOW:HIGH"
-LARGEST_COUNT = 10**7  # values of an axis
+MOST_AXIS_VALUES = 10**7  # an axis has so many values at most
 TIMES = {1: "once", 2: "twice"}
 
 Values = Mapping[str, Sequence[float] | Floats]  # of parameters by name: (low, high), or all
@@ -188,9 +188,9 @@ def _values(text: str, name: str, form: str) -> Sequence[float] | Floats:
             raise InvalidParameterError(f"{name} = {text}: must have each value once.")
         return np.array(numbers)
     if form == GRID:
-        if numbers[2] not in range(1, LARGEST_COUNT + 1):
+        if numbers[2] not in range(1, MOST_AXIS_VALUES + 1):
             raise InvalidParameterError(
-                f"{name} = {text}: COUNT must be a whole number from 1 to {LARGEST_COUNT}."
+                f"{name} = {text}: COUNT must be a whole number from 1 to {MOST_AXIS_VALUES}."
             )
         return np.linspace(numbers[0], numbers[1], int(numbers[2]))
     if not numbers[0] < numbers[1]:

@@ -84,7 +84,7 @@ def run(arguments: argparse.Namespace) -> Done:
 
 
 def _bounds(arguments: argparse.Namespace) -> Bounds:
-    """Both parameters with their ranges; the first may be that of the branch."""
+    """Names of both parameters with their ranges; the first may be that of the branch."""
     over: Bounds = arguments.over
     if len(over) == 1 and arguments.parameter not in over:
         low, high = arguments.range
@@ -108,7 +108,7 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
 
 
 def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callable[[], Axes] | None:
-    """What draws the plane of motions of --behind, a file or a store; None without one."""
+    """Function that draws the plane of motions of --behind, a file or a store; None without one."""
     if (path := arguments.behind) is None:
         return None
     path_of("behind", path)

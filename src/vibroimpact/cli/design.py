@@ -19,7 +19,9 @@ EXAMPLE = (
 )
 JUDGED = ("points", "starts", "settle_periods", "periods")
 SEARCHED = ("budget", "refine", "seed", "workers", "store")
-NUMBER, STARTS, MOST = 60, 6, 4  # of the response of the best machine in the report
+REPORT_VALUES = 60  # the response of the best machine in the report has so many values of the band
+REPORT_STARTS = 6  # it has so many starts at each
+REPORT_BRANCHES = 4  # it has so many branches at most
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -55,7 +57,7 @@ def _page(arguments: argparse.Namespace, best: Design) -> str:
     seen = best.objective
     response = frequency_response(
         best.system, seen.parameter, seen.band, measure=seen.measure, unit=seen.unit,
-        seed=seen.seed, number=NUMBER, starts=STARTS, most=MOST,
+        seed=seen.seed, number=REPORT_VALUES, starts=REPORT_STARTS, most=REPORT_BRANCHES,
     )  # fmt: skip
     command = common.command_of(arguments)
     return design_report(best, response, command=command, **common.given(arguments, ["title"]))

@@ -82,7 +82,7 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def start_of(arguments: argparse.Namespace, case: Case) -> Start:
-    """One start or many."""
+    """Start, or starts, of the members by the arguments."""
     base = common.start_of(arguments, case, arguments.over)
     random, vary = common.given(arguments, ["starts", "seed"]), arguments.vary
     known = names_of_state(len(base.position))
@@ -152,7 +152,7 @@ def computed(
 
 
 def picture_over(arguments: argparse.Namespace) -> Callable[..., Axes]:
-    """What draws a number of each member over one parameter, or over two."""
+    """Function that draws a number of each member over one parameter, or over two."""
     if len(arguments.over) > 2:
         raise InvalidParameterError(
             f"over = {', '.join(arguments.over)}: a picture has one or two parameters. Of more, keep "
@@ -168,7 +168,7 @@ def report(
     arguments: argparse.Namespace, case: Case, found: xr.Dataset, more: Iterable[str],
     picture: Callable[[], Axes],
 ) -> Done:  # fmt: skip
-    """What moves, what was varied, how the members ended, more lines, and what was kept where."""
+    """Report of what moves, what was varied, how the members ended, more lines, and what was kept where."""
     store = [f"kept in {store_path(arguments.store)}"] if arguments.store else []
     lines = [system_over(case, arguments.over), _shape(found, arguments.over), _ends(found)]
     return Done([*lines, *more, *store], found, picture)

@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> Done:
 
 
 def _facts(point: BifurcationPoint, form: Any) -> Facts:
-    """What the form says, and where: a size w, or the radius of a circle, is a law times sqrt|dp|."""
+    """Lines of what the form says, and where: a size w, or the radius of a circle, is a law times sqrt|dp|."""
     solved = solved_map(point.orbit, point.name)
     forked = not isinstance(form, BranchPoint) or form.pitchfork
     of_form = [name for name in OF_FORM if forked or name not in ("supercritical", "side")]

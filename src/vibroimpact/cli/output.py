@@ -20,7 +20,7 @@ Picture = Callable[[], Axes]
 
 
 class Done(NamedTuple):
-    """What a command prints, and what its files hold.
+    """Text that a command prints, and results that its files hold.
 
     Attributes
     ----------
@@ -49,7 +49,7 @@ def write(paths: Sequence[Path], done: Done) -> list[Path]:
 
 
 def _files(path: Path, done: Done) -> Iterator[tuple[Path, Callable[[Path], object]]]:
-    """What writes the files of one name."""
+    """Functions that write the files of one name."""
     suffix = path.suffix.lower()
     if suffix in PICTURES and (draw := done.picture):
         yield path, lambda to: _draw(draw, to)

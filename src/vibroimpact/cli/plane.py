@@ -27,7 +27,7 @@ EXAMPLE = (
     "  vibroimpact plane impact-damper/A --over omega=0.9:1.1:200 --over half_clearance=1:10:200 "
     "--variable lyapunov --out plane.png --out plane.nc"
 )
-LISTED = 8  # motions that are printed
+MOST_PRINTED_MOTIONS = 8  # so many motions are printed at most
 LOOKS = ("variable", "most", "symbols")
 COUNTING = ("at", "tolerance")
 
@@ -94,5 +94,12 @@ def _counts(found: xr.Dataset) -> list[str]:
         listed = ", ".join(f"{k} at {n} points" for k, n in counts.items())
         return [f"attractors met: {listed}"]
     present = sorted(categories(found["motion"]), key=lambda one: -one.members)
-    listed = ", ".join(f"{one.words} {one.members}" for one in present[:LISTED])
-    return [listed + (f", and {len(present) - LISTED} more" if len(present) > LISTED else "")]
+    listed = ", ".join(f"{one.words} {one.members}" for one in present[:MOST_PRINTED_MOTIONS])
+    return [
+        listed
+        + (
+            f", and {len(present) - MOST_PRINTED_MOTIONS} more"
+            if len(present) > MOST_PRINTED_MOTIONS
+            else ""
+        )
+    ]

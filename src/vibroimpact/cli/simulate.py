@@ -20,7 +20,7 @@ EXAMPLE = (
     "--out run.nc --out history.svg"
 )
 LENGTH = ("impacts", "t_max")
-PERIODS = 6  # forcing periods in the picture if no window is given
+SHOWN_PERIODS = 6  # the picture shows so many forcing periods if no window is given
 TURN = 2.0 * 3.141592653589793
 
 
@@ -31,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--window", type=float, nargs=2, metavar=("T0", "T1"),
         help="time shown in the picture, in its units, which are seconds for a [physical] file "
-        f"(default: the last {PERIODS} forcing periods)",
+        f"(default: the last {SHOWN_PERIODS} forcing periods)",
     )  # fmt: skip
     common.add_out(parser)
 
@@ -79,4 +79,4 @@ def _picture(motion: Run, window: list[float] | None) -> Axes:
     if window:
         return plot_history(motion, *window)
     omega, end = mechanism_of(motion.system).omega, float(motion.time[-1])
-    return plot_history(motion, max(0.0, end - PERIODS * TURN / omega) if omega else 0.0)
+    return plot_history(motion, max(0.0, end - SHOWN_PERIODS * TURN / omega) if omega else 0.0)

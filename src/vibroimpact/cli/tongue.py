@@ -14,8 +14,9 @@ EXAMPLE = (
     "  vibroimpact tongue curve.nc --at 2/9_1 --over omega=0.81:0.83 --over half_clearance=7.7:7.8 "
     "--out side.nc --out tongue.svg"
 )
-WIDTHS = (0.25, 0.5, 0.75, 0.99)  # shares of the way from the tip to where a side ends or turns
-SHORTEST = 2  # points of a side
+# Widths are told at these shares of the way from the tip to where a side ends or turns.
+WIDTH_SHARES = (0.25, 0.5, 0.75, 0.99)
+FEWEST_SIDE_POINTS = 2  # a side has so many points at least
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +29,7 @@ def run(arguments: argparse.Namespace) -> Done:
     request = saved.request_of(arguments)
     found = saved.followed(request, tongue)
     common.check_interrupted(*found.sides)
-    if all(len(side) < SHORTEST for side in found.sides):
+    if all(len(side) < FEWEST_SIDE_POINTS for side in found.sides):
         raise common.Failure(
             f"{found.tip.label}: the sides were found, but cannot be followed. Give other ranges --over."
         )
@@ -46,7 +47,7 @@ def _widths(found: Tongue) -> list[str]:
     region = region_of(found)
     first, second = found.sides[0].names
     tip = found.tip.parameters[second]
-    values = [tip + share * region.reach for share in WIDTHS] if region.axis == 1 else []
+    values = [tip + share * region.reach for share in WIDTH_SHARES] if region.axis == 1 else []
     widths = [(value, found.width(value)) for value in values]
     return [
         f"  width in {first} at {second} = {value:.6g}: {width:.6g}"

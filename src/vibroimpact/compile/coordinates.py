@@ -22,7 +22,9 @@ from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.mechanism import Mechanism, stop_sizes
 
 STEP_ANGLE = 0.7  # one step of the kernel's march, in radians of the fastest rate
-LARGER = 2.0**14  # times what a force moves: a response that is split off costs four digits at most
+# A response that is split off is no larger than so many times what a force moves: it costs four
+# digits at most.
+SPLIT_RESPONSE = 2.0**14
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ class ModeCoordinates:
     shift: Vector = dataclasses.field(default_factory=list)  # and this, where it is not empty
 
     def in_units(self, units: Vector) -> ModeCoordinates:
-        """The same flow without blocks on other coordinates: y is ``units`` times these, entry by entry."""
+        """Return the flow without blocks on other coordinates: y is ``units`` times these, entry by entry."""
         flow: dict[str, Any] = dict(self.flow)
         if flow:
             flow["b"] = _rows_over(units, columns_by(units, flow["b"]))
@@ -168,12 +170,12 @@ def _response(k: float, c: float, omega: float, sine: float, cosine: float) -> t
         return 0.0, 0.0
     spring, dash = k - omega * omega, c * omega
     size, static = spring * spring + dash * dash, k + omega * omega
-    if size * LARGER * LARGER < static * static:
+    if size * SPLIT_RESPONSE * SPLIT_RESPONSE < static * static:
         natural = square_root(greatest([k, 0.0]))
         raise ResonanceError(
             f"omega = {omega}: forcing at or too near resonance with a vibration mode of "
             f"frequency {natural!r} whose damping rate is {c!r}: its response "
-            f"exceeds {LARGER:.0f} times the static one and would lose more than four "
+            f"exceeds {SPLIT_RESPONSE:.0f} times the static one and would lose more than four "
             "digits. Add damping or change omega."
         )
     return (spring * sine + dash * cosine) / size, (spring * cosine - dash * sine) / size

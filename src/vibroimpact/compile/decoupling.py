@@ -21,12 +21,12 @@ from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.columns import Column, agreed
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
-from vibroimpact._core.scalars import ROUNDING, greatest, least
+from vibroimpact._core.scalars import ROUNDING_PER_TERM, greatest, least
 from vibroimpact.compile.reduction import Reduced
 from vibroimpact.compile.vibrations import NormalForm, alone, unit_form
 
 # (slowest / fastest)^2 of blocks that are found in rotated coordinates: six digits are lost there.
-WIDEST = 2.0**-20
+WIDEST_RATE_RATIO = 2.0**-20
 
 
 class Decoupled(NamedTuple):
@@ -99,7 +99,7 @@ def _coupled(r: Reduced, form: NormalForm, group: list[int], *, rotated: bool) -
     if found is None:
         return None
     rates = [k + c * c for k, c in zip(found.k, found.c, strict=True)]  # squares
-    if rotated and least(rates) < WIDEST * greatest(rates):
+    if rotated and least(rates) < WIDEST_RATE_RATIO * greatest(rates):
         return None
     down = transpose(_columns(form.shape, group))
     if _is_driven(found, apply(down, r.external), apply(linear.absolute(down), r.terms)):
@@ -118,7 +118,7 @@ def _forces(b: Decoupled, push: Vector) -> Vector:
 def _is_driven(b: Decoupled, push: Vector, terms: Vector) -> bool:
     """Whether a constant force drives a block without stiffness."""
     sizes = _forces(b._replace(back=tuple(map(linear.absolute, b.back))), terms)
-    noise = [ROUNDING * len(push) * x for x in sizes]
+    noise = [ROUNDING_PER_TERM * len(push) * x for x in sizes]
     both = zip(b.k, _forces(b, push), noise, strict=True)
     return any(not k > 0.0 and abs(force) > least for k, force, least in both)
 

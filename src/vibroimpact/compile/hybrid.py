@@ -38,7 +38,7 @@ from vibroimpact.compile.coordinates import (
 )
 from vibroimpact.compile.decoupling import Decoupled, decoupled
 from vibroimpact.compile.modes import (
-    FASTEST,
+    FASTEST_RATE,
     STEP_BITS,
     ElementOfKernel,
     Guard,
@@ -49,7 +49,7 @@ from vibroimpact.compile.modes import (
     contact_laws,
 )
 from vibroimpact.compile.pace import (
-    FASTER,
+    PACE_RATIO,
     most_by_forces,
     paced_parts,
     paced_rate,
@@ -63,8 +63,9 @@ from vibroimpact.model.mechanism import Mechanism, needs_elements
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 
-FEW = 2  # contacts: up to this number, all closed sets are built at first
-MOST = 4  # contacts: up to this number, the blocks of all closed sets are found at first
+MOST_CONTACTS_ALL_SETS = 2  # up to this number of contacts, all closed sets are built at first
+# Up to this number of contacts, the blocks of all closed sets are found at first.
+MOST_CONTACTS_ALL_BLOCKS = 4
 
 
 FIRST = np.zeros(1, dtype=np.intp)  # number of the system, of one
@@ -86,7 +87,7 @@ class Hybrid:
         self._shapes: dict[Closed, tuple[Reduced, BlockForm] | None] = {}
         self._built: dict[Closed, ModeCoordinates] = {}
         self.stops = mechanism.rigid_stops
-        few = len(self.stops) <= FEW
+        few = len(self.stops) <= MOST_CONTACTS_ALL_SETS
         self.proportion = None if few else proportion(mechanism)
         self.closed = self._possible(self._sides()) if few else []
         self.units = list[float]()
@@ -97,7 +98,7 @@ class Hybrid:
         self.dense = not modal or pace > least(by_forces, math.inf)
         self.mixed = not self.dense and isinstance(self._block_forms()[0], Decoupled)
         self.own = greatest([self._rate(), *self.omegas])
-        self.most_pace = least([FASTER * self.own, *by_forces])
+        self.most_pace = least([PACE_RATIO * self.own, *by_forces])
         self.rate = paced_rate(self.own, pace)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.kappas = [1.0] * lines if self.dense else self.omegas
@@ -178,7 +179,7 @@ class Hybrid:
         without stiffness.
         """
         count = len(self.stops)
-        if self.proportion or not FEW < count <= MOST:
+        if self.proportion or not MOST_CONTACTS_ALL_SETS < count <= MOST_CONTACTS_ALL_BLOCKS:
             return self.closed
         return self._on_one_side()
 
@@ -192,7 +193,7 @@ class Hybrid:
 
     def _is_modal(self) -> bool:
         """Whether every mode has blocks, without negative stiffness or damping, and no resonance."""
-        if len(self.stops) > MOST and not self.proportion:
+        if len(self.stops) > MOST_CONTACTS_ALL_BLOCKS and not self.proportion:
             return False
         motions = self._block_forms()
         if not all(v is not None and least([*v.k, *v.c]) >= 0.0 for v in motions):
@@ -201,7 +202,7 @@ class Hybrid:
 
     def _responds(self) -> bool:
         """Whether the forcing is at no resonance; at one, the full matrix serves."""
-        few = len(self.stops) <= MOST
+        few = len(self.stops) <= MOST_CONTACTS_ALL_BLOCKS
         sets = self._on_one_side() if few else self._known()
         try:
             for closed in ((), *sets):
@@ -270,9 +271,9 @@ def hybrid_of(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
         if needs_elements(mechanism)
         else Hybrid(mechanism, pace)
     )
-    if not found.rate <= FASTEST:
+    if not found.rate <= FASTEST_RATE:
         raise InvalidParameterError(
-            f"fastest rate = {found.rate!r} per unit of time: must be at most {FASTEST:.1e}, whose "
+            f"fastest rate = {found.rate!r} per unit of time: must be at most {FASTEST_RATE:.1e}, whose "
             "seventh power is within the range of numbers. Choose another unit of time."
         )
     return found
@@ -323,7 +324,7 @@ class Compiled:
 
     @cached_property
     def piecewise(self) -> Piecewise:
-        """The same states, numbered alike, in coordinates of the mechanism."""
+        """Modes with these states and numbers in coordinates of the mechanism."""
         h = self._hybrid
         return h if isinstance(h, Piecewise) else Piecewise(self.mechanism)
 

@@ -14,11 +14,12 @@ from vibroimpact.model.stop import Stop
 
 STEP_BITS = 20  # binary digits of the step of the march, so that multiples of it are exact
 # Seven derivatives at these rates, of 2^256 of the machine's size, stay within range: 256 + 7 * 108 < 1024.
-SLOWEST, FASTEST = 2.0**-108, 2.0**108
+SLOWEST_RATE = 2.0**-108
+FASTEST_RATE = 2.0**108
 
 
 class Guard(NamedTuple):
-    """What ends a mode at a rigid stop: the gap while it is open, the force while it is closed.
+    """Condition that ends a mode at a rigid stop: on the gap while it is open, the force while it is closed.
 
     ``lower <= row . y + gain <= upper``; ``side`` is that of a closed stop, 0 of an open one.
     """
@@ -31,7 +32,7 @@ class Guard(NamedTuple):
 
 
 class Watch(NamedTuple):
-    """What ends the state of an element: ``lower <= row . y + gain <= upper`` holds while it lasts."""
+    """Condition that ends the state of an element: ``lower <= row . y + gain <= upper`` holds while it lasts."""
 
     row: Vector
     gain: float
@@ -64,7 +65,7 @@ class Work(NamedTuple):
 
 
 class ElementOfKernel(NamedTuple):
-    """What the kernel knows of an element.
+    """Numbers that the kernel has of an element.
 
     A bit for each state that it may have, whether it is a stop, whether it acts on a coordinate without mass.
     """

@@ -3,16 +3,16 @@
 Method      A machine says how fast it moves by the rates of its vibrations, dashpots and forces. A ball that
             falls has none, and with a force as slow as the tides it still has none that matters: how
             fast it meets its stop is said by where and how fast it starts. The kernel computes that
-            pace p (system/pace.hpp). It sets the step of the search where it is more than FASTER
+            pace p (system/pace.hpp). It sets the step of the search where it is more than PACE_RATIO
             times the fastest rate of the machine. A force is not split off as a particular motion where
-            that would be LARGER times what the force moves within 1 / p,
+            that would be SPLIT_RESPONSE times what the force moves within 1 / p,
 
-                p^2 > LARGER |k - omega^2 + i c omega|,                                     (1)
+                p^2 > SPLIT_RESPONSE |k - omega^2 + i c omega|,                                     (1)
 
             k and c those of a block that it pushes: the start would be lost in its rounding. A constant force that
             is split off as an equilibrium, where damping is not classical, counts as one of omega = 0. Then the
             flow is written without blocks. So it is next to a resonance, where (1) holds with k + omega^2 for p^2.
-Accuracy    a particular motion costs the digits of LARGER, four; velocities v / rate those of FASTER, three
+Accuracy    a particular motion costs the digits of SPLIT_RESPONSE, four; velocities v / rate those of PACE_RATIO, three
 Reference   theory.md, "Flight"
 """
 
@@ -24,13 +24,20 @@ import numpy as np
 
 from vibroimpact import _kernel
 from vibroimpact._core import linear
-from vibroimpact._core.scalars import ROUNDING, above, choose, cleared, greatest, square_root
+from vibroimpact._core.scalars import (
+    ROUNDING_PER_TERM,
+    above,
+    choose,
+    cleared,
+    greatest,
+    square_root,
+)
 from vibroimpact._core.types import Floats, Rows
-from vibroimpact.compile.coordinates import LARGER, Blocks
-from vibroimpact.compile.modes import FASTEST, SLOWEST
+from vibroimpact.compile.coordinates import SPLIT_RESPONSE, Blocks
+from vibroimpact.compile.modes import FASTEST_RATE, SLOWEST_RATE
 from vibroimpact.model.mechanism import Mechanism, with_mass
 
-FASTER = 2.0**10
+PACE_RATIO = 2.0**10
 
 
 def paced_parts(m: Mechanism) -> list[list[Any]]:
@@ -65,13 +72,13 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
 def _along(row: list[float], lift: list[float]) -> float:
     """Size of row . lift; zero where it is rounding, as of two bodies that fall alike."""
     size = sum(abs(x * y) for x, y in zip(row, lift, strict=True))
-    return cleared(abs(linear.dot(row, lift)), ROUNDING * size)
+    return cleared(abs(linear.dot(row, lift)), ROUNDING_PER_TERM * size)
 
 
 def paced_rate(own: float, pace: float) -> float:
     """The rate that sets the step of the search, of a machine with this rate of its own."""
-    found = choose(above(pace, FASTER * own), pace, own)
-    return choose(above(found, 0.0), greatest([found, SLOWEST]), 1.0)
+    found = choose(above(pace, PACE_RATIO * own), pace, own)
+    return choose(above(found, 0.0), greatest([found, SLOWEST_RATE]), 1.0)
 
 
 def paces_of(
@@ -93,17 +100,17 @@ def paces_of(
     """
     which = system.astype(np.int32)
     return _kernel.pace(
-        parts, own, most, which, position, velocity, run, elements, SLOWEST, FASTEST
+        parts, own, most, which, position, velocity, run, elements, SLOWEST_RATE, FASTEST_RATE
     )
 
 
 def most_by_forces(blocks: Blocks, omegas: list[float], stiffnesses: list[float]) -> list[float]:
-    """(1) for p, of every block that a line pushes, and of those of which an equilibrium was split off."""
-    found = [square_root(LARGER * k) for k in stiffnesses]
+    """Solve (1) for p: for blocks that a line pushes, and those of which an equilibrium was split off."""
+    found = [square_root(SPLIT_RESPONSE * k) for k in stiffnesses]
     for omega, pushes in zip(omegas, blocks.pushes, strict=True):
         for j, (k, c) in enumerate(zip(blocks.k, blocks.c, strict=True)):
             if any(x != 0.0 for row in pushes[2 * j : 2 * j + 2] for x in row):
                 spring, dash = k - omega * omega, c * omega
                 size = square_root(spring * spring + dash * dash)
-                found.append(square_root(LARGER * size))
+                found.append(square_root(SPLIT_RESPONSE * size))
     return found

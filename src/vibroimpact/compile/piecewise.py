@@ -47,7 +47,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import (
-    ROUNDING,
+    ROUNDING_PER_TERM,
     cleared,
     greatest,
     is_infinite,
@@ -79,30 +79,30 @@ from vibroimpact.compile.modes import (
     code_of,
     contact_laws,
 )
-from vibroimpact.compile.pace import FASTER, paced_rate
+from vibroimpact.compile.pace import PACE_RATIO, paced_rate
 from vibroimpact.compile.reduction import Closed
 from vibroimpact.model.dashpots import Weights, loose_groups
 from vibroimpact.model.friction_lines import along_line, friction_lines
 from vibroimpact.model.mechanism import Mechanism, held_last, with_mass
 from vibroimpact.model.stop import Stop
 
-RADIX = 7  # states of an element in a code
-FEW = 32  # modes: up to this number, all are built at first
+STATES_PER_ELEMENT = 7  # an element has so many states in a code
+MOST_MODES_AT_FIRST = 32  # up to this number of modes, all are built at first
 HELD_TOGETHER = "mobility of the contacts that are closed and the friction that sticks"
 # Sine squared of the angle of two lines: forces of each are good to half the digits.
-NEARLY = 2.0**-26
+SAME_LINE_SINE_SQUARED = 2.0**-26
 
 
 def code_of_states(states: tuple[int, ...], contacts: int) -> int:
     """Code of the mode with these states and no closed contact."""
-    number = sum(int(state) * RADIX**i for i, state in enumerate(states))
+    number = sum(int(state) * STATES_PER_ELEMENT**i for i, state in enumerate(states))
     return int(number * 3**contacts)
 
 
 def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]:
     """State of each element in a mode of this code."""
     code //= 3**contacts
-    return tuple(code // RADIX**i % RADIX for i in range(elements))
+    return tuple(code // STATES_PER_ELEMENT**i % STATES_PER_ELEMENT for i in range(elements))
 
 
 class Light(NamedTuple):
@@ -115,8 +115,8 @@ class Light(NamedTuple):
     held
         Force of each slider that sticks, by number of the element.
     balance
-        Sum g of the forces on each slider that slips, and on what moves with it, likewise; of those that
-        a dashpot holds there is none.
+        Sum g of the forces on each slider that slips and on what moves with it, by number of the
+        element; a slider that a dashpot holds has none.
     idle
         A slider that slips though no spring holds it and what moves with it, which cannot be.
     """
@@ -164,7 +164,7 @@ class Piecewise:
         self.omegas = [force.omega for force in m.forces]
         self.kappas = [1.0] * self.lines
         self.own = self._rate()
-        self.most_pace = FASTER * self.own
+        self.most_pace = PACE_RATIO * self.own
         self.rate = paced_rate(self.own, pace) if searched else self.own or 1.0
         self.scale = rounded_down(self.rate, 1)
         self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
@@ -197,7 +197,7 @@ class Piecewise:
             if linear.null_space(rows) is None:
                 continue  # the same
             (a, b), (_, c) = product(rows, self._accelerations(transpose(rows)))
-            if a * c - b * b <= NEARLY * (a * c):
+            if a * c - b * b <= SAME_LINE_SINE_SQUARED * (a * c):
                 raise InvalidParameterError(
                     f"elements[{first + i}] and elements[{first + j}]: frictions on nearly the same line (rows "
                     f"{one.row} and {other.row}), so that the force of each is not determined while both "
@@ -265,9 +265,9 @@ class Piecewise:
             for i in range(contacts)
         ]
         closed = list(itertools.product(*sides))
-        if len(states) > FEW:
+        if len(states) > MOST_MODES_AT_FIRST:
             return [0]
-        if len(states) * len(closed) > FEW:
+        if len(states) * len(closed) > MOST_MODES_AT_FIRST:
             closed = closed[:1]
         pairs = itertools.product(closed, states)  # open ones come first
         return [
@@ -354,7 +354,7 @@ class Piecewise:
         return Forces(pull, constraints, multipliers, light, light.idle if never is None else never)
 
     def _without_mass(self, pull: Matrix, held: dict[int, ElementRows[Any]]) -> Light:
-        """(4) and (5); forces of sliders that stick follow from them."""
+        """Solve (4) and (5) for the speeds of coordinates without mass."""
         speeds = {
             self.sliders[number]: self._held_speed(number, part) for number, part in held.items()
         }
@@ -413,7 +413,10 @@ class Piecewise:
         return [x / (self.scale * row[at]) for x in moved]
 
     def _rate_of_balance(self, row: Vector) -> Vector:
-        """(5) over scale: a row whose zero it is, from that of g, on positions, waves and 1."""
+        """Return the row that is zero where (5), over scale, holds.
+
+        ``row`` is that of g, on positions, waves and 1.
+        """
         out = list(row)
         for i in range(self.degrees):
             out[2 * i + 1] = row[2 * i]
@@ -425,7 +428,7 @@ class Piecewise:
         return out
 
     def _put_in(self, row: Vector, speeds: dict[int, Vector]) -> Vector:
-        """A row with the speeds of coordinates without mass put in."""
+        """Replace the speeds of coordinates without mass in a row by the rows that give them."""
         out = list(row)
         for i in speeds:
             out[2 * i + 1] = 0.0
@@ -475,7 +478,7 @@ class Piecewise:
         return out
 
     def _multipliers(self, pull: Matrix, constraints: list[Constraint]) -> Matrix:
-        """(2)."""
+        """Multipliers (2) of the constraints as rows."""
         if not constraints:
             return []
         rows = [c.row for c in constraints]
@@ -517,7 +520,7 @@ class Piecewise:
     def _project(
         self, constraints: list[Constraint], from_v: Matrix, particular: Matrix, shift: Vector
     ) -> None:
-        """(3)."""
+        """Change the rows by which a mode is entered, as (3) does for its constraints."""
         rows = [c.row for c in constraints]
         lift = self._accelerations(transpose(rows))
         inverse = linear.solve_definite(
@@ -568,7 +571,8 @@ class Piecewise:
     def _energy(self, forces: Forces) -> tuple[Matrix, float]:
         """Norm of a mode and its growth rate; infinite where none is known.
 
-        What holds contacts and friction does no work on a motion that keeps their constraints at rest.
+        The forces that hold contacts and friction do no work on a motion that keeps their constraints
+        at rest.
         """
         n, pull = self.degrees, forces.pull
         none = linear.zeros(self.size, self.size), math.inf
@@ -586,10 +590,10 @@ class Piecewise:
     def _norm(self, b: Matrix) -> float:
         """Row sum norm of a flow with velocities in the best scale, but not below half of its own.
 
-        In a scale up to four times the common one, a step of 7/10 leaves out 4 0.7^19 / 19! < 2^-64
-        of the Taylor series of a flight; all modes have common coordinates, not a common rate. What
-        lines push is not counted: in a large unit of them it is as small as one likes, and what is
-        left out as small against what they add to the motion within a step.
+        All modes have common coordinates, not a common rate: in a scale up to four times the common one,
+        a step of 7/10 leaves out 4 0.7^19 / 19! < 2^-64 of the Taylor series of a flight. The entries by
+        which lines push are not counted: a large unit of the lines makes them as small as one likes, and
+        what the series leaves out is then as small against what the lines add to the motion in a step.
         """
         first = 2 * self.degrees
         sums = [[sum(map(abs, row[k:first:2])) for k in (0, 1)] for row in b[:first]]
@@ -689,6 +693,6 @@ def _cleared(row: list[Any], terms: Vector) -> list[Any]:
     what is left: their derivatives count.
     """
     return [
-        x if isinstance(x, Jet) else cleared(x, ROUNDING * size)
+        x if isinstance(x, Jet) else cleared(x, ROUNDING_PER_TERM * size)
         for x, size in zip(row, terms, strict=True)
     ]

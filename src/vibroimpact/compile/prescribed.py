@@ -34,12 +34,14 @@ from vibroimpact.model.mechanism import Mechanism, held_last, needs_elements, wi
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.system import System, mechanism_of
 
-COASTING = -1  # ends a segment without an impact
+COASTING_STOP = -1  # a segment that ends without an impact has it as the number of its stop
 PARAMETER_ORDERS = (0, 1, 3, 7)  # f, f', f'', f''' among the coefficients of a jet
-PROPORTIONAL = 1e-12  # rounding of derivatives of frequencies that have a constant ratio
-WINDOW = 6.0  # radians of the fastest rate
-NODES = 25  # Chebyshev: the series of a flight over a window has fallen below 2^-53 then
-GAP = -1  # in place of the number of a watch: the gap of a rigid stop
+# Derivatives of frequencies that have a constant ratio are rounded by so much.
+PROPORTIONAL_RELATIVE = 1e-12
+WINDOW_RADIANS = 6.0  # a window is so many radians of the fastest rate long
+# With so many Chebyshev nodes the series of a flight over a window has fallen below 2^-53.
+WINDOW_NODES = 25
+GAP_WATCH = -1  # the gap of a rigid stop has this number in place of that of a watch
 
 
 class End(NamedTuple):
@@ -52,13 +54,13 @@ class End(NamedTuple):
     mode
         Code of the mode (compile/piecewise.py); 0: no contact closed, every element in its state 0.
     watch
-        Number of the guard among the watches of the mode; GAP for a rigid stop.
+        Number of the guard among the watches of the mode; GAP_WATCH for a rigid stop.
     """
 
     contact: int
     side: int
     mode: int = 0
-    watch: int = GAP
+    watch: int = GAP_WATCH
 
 
 class GuardRow(NamedTuple):
@@ -293,7 +295,7 @@ class Prescribed:
 
     def window(self, durations: Floats) -> float:
         """Length of the windows on which flights are expanded; free masses have no fastest rate."""
-        return min(WINDOW / self.rate, float(durations.max()))
+        return min(WINDOW_RADIANS / self.rate, float(durations.max()))
 
     def flights(
         self, states: ArrayLike, durations: Floats, modes: Sequence[int] = ()
@@ -302,14 +304,14 @@ class Prescribed:
 
         Returns
         -------
-        windows, (w, NODES, 2n) of x and v
+        windows, (w, WINDOW_NODES, 2n) of x and v
             The latest ones are kept: gaps, amplitudes and sizes of an orbit are asked in turn.
         """
         key = _contiguous(states).tobytes(), durations.tobytes(), tuple(modes)
         found = self._latest.get(key)
         if found is None:
             w = Windows.over(durations, self.window(durations))
-            offsets = (1.0 + nodes(NODES)) * (w.length / 2.0)
+            offsets = (1.0 + nodes(WINDOW_NODES)) * (w.length / 2.0)
             numbers = modes or [0] * len(w.counts)
             values = self._fly(_contiguous(states), numbers, w.counts.tolist(), offsets, w.length)
             found = w, values
@@ -330,7 +332,7 @@ class Prescribed:
     def sampled(self, states: Floats, durations: Floats, modes: Sequence[int] = ()) -> Floats:
         """(x, v) at the start of each segment and at the nodes within its flight, (k, 2n)."""
         w, values = self.flights(states, durations, modes)
-        since = w.start[:, None] + (1.0 + nodes(NODES)) * (w.length / 2.0)
+        since = w.start[:, None] + (1.0 + nodes(WINDOW_NODES)) * (w.length / 2.0)
         within = values[since <= durations[w.segment][:, None]]
         return np.vstack([states[:, : 2 * self.degrees], within])
 
@@ -438,7 +440,9 @@ def _check_ratios(varied: Mechanism, parameter: str) -> None:
     for line in varied.forces[1:]:
         first, other = _array([varied.omega, line.omega]).T
         scaled = first * (other[0] / first[0])
-        if np.any(np.abs(other - scaled) > PROPORTIONAL * (np.abs(other) + np.abs(scaled))):
+        if np.any(
+            np.abs(other - scaled) > PROPORTIONAL_RELATIVE * (np.abs(other) + np.abs(scaled))
+        ):
             raise InvalidParameterError(
                 f"parameter = {parameter!r}: changes the ratios of the forcing frequencies, so "
                 "there is no common period. Take one that keeps them, as omega of a Mechanism does."

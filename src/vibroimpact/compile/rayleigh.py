@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from vibroimpact._core.linear import dot
-from vibroimpact._core.scalars import ROUNDING, above, choose, cleared, greatest
+from vibroimpact._core.scalars import ROUNDING_PER_TERM, above, choose, cleared, greatest
 from vibroimpact.model.mechanism import Mechanism
 
 Entry = tuple[float, float, float]  # of M, K and C
@@ -26,7 +26,7 @@ class Proportion(NamedTuple):
         """Damping c of a vibration mode; zero where it is rounding of the two parts."""
         parts = self.of_mass, self.of_stiffness * k
         c = parts[0] + parts[1]
-        return cleared(c, ROUNDING * greatest(map(abs, parts)))
+        return cleared(c, ROUNDING_PER_TERM * greatest(map(abs, parts)))
 
     def terms(self, m: float, k: float) -> float:
         """Size of the parts of an entry."""
@@ -53,7 +53,7 @@ def proportion(of: Mechanism) -> Proportion | None:
         found = Proportion(*(x + dx for x, dx in zip(found, more, strict=True)))
     found = _without_rounding(found, entries)
     for m, k, c in entries:
-        if abs(found.remainder((m, k, c))) > ROUNDING * of.degrees * found.terms(m, k):
+        if abs(found.remainder((m, k, c))) > ROUNDING_PER_TERM * of.degrees * found.terms(m, k):
             return None
     return found
 
@@ -74,7 +74,7 @@ def _fitted(entries: Sequence[Entry], sizes: Sequence[float]) -> Proportion:
 
 def _without_rounding(p: Proportion, entries: Sequence[Entry]) -> Proportion:
     """Set a coefficient to zero if it adds no more than rounding to any entry."""
-    damped = [(m, k, ROUNDING * abs(c)) for m, k, c in entries if abs(c) > 0.0]
+    damped = [(m, k, ROUNDING_PER_TERM * abs(c)) for m, k, c in entries if abs(c) > 0.0]
     of_mass = greatest(abs(p.of_mass * m) - least for m, _, least in damped)
     of_stiffness = greatest(abs(p.of_stiffness * k) - least for _, k, least in damped)
     return Proportion(

@@ -27,7 +27,7 @@ import numpy as np
 
 from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.scalars import ROUNDING, rounded_down
+from vibroimpact._core.scalars import ROUNDING_PER_TERM, rounded_down
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import STEP_BITS, ElementOfKernel, Watch
@@ -36,7 +36,9 @@ from vibroimpact.model.hybrid_system import MOST_GUARDS, HybridSystem, Transitio
 
 Row = tuple[Floats, float]  # on (y, 1)
 
-SLOWEST_MODE, FASTEST_MODE = 1e-12, 1e12  # rates, relative to that of the mode at the start
+# Rates of modes are so large at least, relative to that of the mode at the start.
+SLOWEST_MODE_RELATIVE = 1e-12
+FASTEST_MODE_RELATIVE = 1e12  # they are so large at most
 
 
 class Flow(NamedTuple):
@@ -144,12 +146,12 @@ class GivenSystem:
 
     def _step(self, name: str, flow: Flow) -> float:
         rate = max(balanced_norm(flow.matrix[: self.n, : self.n]), *self.omegas, flow.floor)
-        if not rate <= FASTEST_MODE:
+        if not rate <= FASTEST_MODE_RELATIVE:
             raise InvalidParameterError(
                 f"mode {name!r} has the rate {rate / self.units.time!r}, {rate:.3g} times that of the mode at the "
-                f"start: must be at most {FASTEST_MODE} times."
+                f"start: must be at most {FASTEST_MODE_RELATIVE} times."
             )
-        return rounded_down(STEP_ANGLE / max(rate, SLOWEST_MODE), STEP_BITS)
+        return rounded_down(STEP_ANGLE / max(rate, SLOWEST_MODE_RELATIVE), STEP_BITS)
 
     def _map(self, matrix: Floats, shift: Floats) -> tuple[Floats, Floats] | None:
         n, unit = self.n, self.units.states
@@ -181,7 +183,7 @@ class GivenSystem:
         if np.array_equal(a.matrix, b.matrix):  # D is constant
             closing = -float(row[0] @ change)  # u'_A - u'_B
             terms = float(np.abs(row[0]) @ (np.abs(a.constant) + np.abs(b.constant)))
-            if not closing > ROUNDING * terms:
+            if not closing > ROUNDING_PER_TERM * terms:
                 return None  # what leads to the surface leads on from there
             along = change / closing
             back = max(flow.floor or 1.0 for flow in (a, b))
@@ -309,7 +311,7 @@ class GivenSystem:
     def _sliding_watch(
         self, number: int, s: Surface, a: Transition | None, b: Transition | None
     ) -> WayOut:
-        """What both modes leave alike, or for modes that slide on the same surface; else the run ends."""
+        """Way out where both modes are left alike, or for modes on the same surface; else the run ends."""
         known = [(x.below, x.above, x.guard) for x in self.surfaces]
         t = a or b
         assert t is not None

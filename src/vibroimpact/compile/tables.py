@@ -61,9 +61,9 @@ class Stacks:
     systems
         Stacks, by name of the argument of ``_kernel.Batch``.
     modes
-        Stacks for its ``add_mode``, likewise.
+        Stacks, by name of the argument of its ``add_mode``.
     pace
-        What says how fast motions of a system meet its stops (pace.py): ``parts``, and ``own``, its fastest rate,
+        How fast motions of a system meet its stops (pace.py): ``parts``, and ``own``, its fastest rate,
         which serves up to ``most``.
     columns
         The numbers that vary, shape (V, S).
@@ -220,7 +220,7 @@ def _mode(mode: Mode, hybrid: Hybrid | Piecewise, stack: _Stacker) -> dict[str, 
 
 
 def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
-    """What modes with elements have besides: their step, a shift, watches, rows for observers."""
+    """Arrays that modes with elements have besides: their step, a shift, watches, rows for observers."""
     watches, count, elements = mode.watches, len(mode.watches), len(mode.work)
     return {
         "mode_step": stack(cast(list[float], mode.coordinates.flow["step"]), 1),

@@ -28,10 +28,14 @@ from vibroimpact._core.scalars import rounded_down
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.model.hybrid_system import HybridSystem
 
-LONGEST = 2.0**20  # steps of (2) in t_max: a start next to zero by rounding makes no step shorter
-LEAST_SIZE = 2.0**-100  # of what is pushed in any mode: 2^256 is where motions are said to diverge
-LEAST_RATE = 2.0**-40  # of matrices against (2), where there is no t_max: likewise
-ACROSS, FREE_LEVELS = 16.0, 3  # (3)
+# t_max has so many steps of (2) at most: a start next to zero by rounding makes no step shorter.
+MOST_STEPS = 2.0**20
+# A size is so large at least, relative to what is pushed in any mode: motions diverge at 2^256.
+LEAST_SIZE = 2.0**-100
+# Where there is no t_max, a rate of the matrices is so large at least, relative to (2).
+LEAST_RATE = 2.0**-40
+ACROSS_DIVISOR = 16.0
+FREE_LEVELS = 3
 
 
 class Units(NamedTuple):
@@ -54,7 +58,7 @@ def units_of(system: HybridSystem, mode: str, y: Floats, t_max: float) -> Units:
     turning = [_cycle_rate(b) for b in matrices]
     own = [max(rate, waves) for rate in turning]
     groups = _groups(np.sum(matrices, axis=0))
-    limit = LONGEST / t_max if t_max < math.inf else max(turning) / LEAST_RATE or math.inf
+    limit = MOST_STEPS / t_max if t_max < math.inf else max(turning) / LEAST_RATE or math.inf
     floors = [
         min(_pushed_rate(b, p, given, groups), limit) for b, p in zip(matrices, pushes, strict=True)
     ]
@@ -116,7 +120,7 @@ def _groups(b: Floats) -> list[list[int]]:
 
 
 def _reach(near: Flags) -> Flags:
-    """Which states are reached from which."""
+    """Return which states are reached from which."""
     reach = near | np.eye(len(near), dtype=bool)
     for _ in range(len(near).bit_length()):
         reach = np.asarray((reach.astype(float) @ reach) > 0.0)
@@ -124,7 +128,7 @@ def _reach(near: Flags) -> Flags:
 
 
 def _pushed_rate(b: Floats, push: Floats, given: Floats, groups: list[list[int]]) -> float:
-    """(2)."""
+    """Rate (2) of a mode in which nothing turns or decays."""
     rates = []
     for i, size in enumerate(given.tolist()):
         others = [j for j in range(len(given)) if j != i]
@@ -136,7 +140,7 @@ def _pushed_rate(b: Floats, push: Floats, given: Floats, groups: list[list[int]]
 
 
 def _closed(sizes: Floats, b: Floats, rate: float) -> Floats:
-    """(1)."""
+    """Solve (1) for the sizes at a rate."""
     for _ in range(len(sizes)):
         sizes = np.maximum(sizes, (b / rate * sizes[None, :]).max(axis=1))
     return sizes
@@ -188,7 +192,11 @@ def balanced_norm(b: Floats) -> float:
     size = np.abs(b)
     reach = _reach(size > 0.0)
     inner = np.where(reach & reach.T, size, 0.0)
-    across = (size - inner) / ACROSS if _levels(size - inner) > FREE_LEVELS else np.zeros_like(size)
+    across = (
+        (size - inner) / ACROSS_DIVISOR
+        if _levels(size - inner) > FREE_LEVELS
+        else np.zeros_like(size)
+    )
     n = len(size)
     for _ in range(4 * n):
         settled = True

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from vibroimpact._core import linear
 from vibroimpact._core.linear import Matrix, Vector, dot, product, transpose
-from vibroimpact._core.scalars import ROUNDING, cleared, greatest, square_root
+from vibroimpact._core.scalars import ROUNDING_PER_TERM, cleared, greatest, square_root
 from vibroimpact.compile.rayleigh import Proportion
 from vibroimpact.compile.reduction import Reduced
 
@@ -119,4 +119,4 @@ def _lost(phi: Matrix, a: Matrix) -> Vector:
     """Rounding error of that diagonal, from the sizes of its terms."""
     sizes = linear.absolute(phi)
     terms = zip(transpose(sizes), transpose(product(linear.absolute(a), sizes)), strict=True)
-    return [ROUNDING * dot(x, y) for x, y in terms]
+    return [ROUNDING_PER_TERM * dot(x, y) for x, y in terms]

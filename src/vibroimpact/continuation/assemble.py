@@ -18,7 +18,8 @@ from vibroimpact.continuation.problem import Scaled
 from vibroimpact.continuation.special import LocatedZero
 from vibroimpact.continuation.walk import Stretch, Walk
 
-DISTINCT = 1e-9  # a node this close to the cut of the curve, relative to its panel, is left out
+# A node that is nearer to the cut of the curve, relative to its panel, is left out.
+DISTINCT_OF_PANEL = 1e-9
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def _points(walk: Walk, sense: int) -> Iterator[_Point]:
     for number, stretch, begin, along in _placed(walk):
         panel = stretch.panel
         for s, node in zip(positions(0.0, panel.length), panel.nodes, strict=True):
-            if 0.0 < s < stretch.stop - DISTINCT * panel.length:
+            if 0.0 < s < stretch.stop - DISTINCT_OF_PANEL * panel.length:
                 yield _point(stretch, node, float(s), sense, number, begin, along)
         yield _point(stretch, stretch.last, stretch.stop, sense, number, begin, along)
 
@@ -161,7 +162,7 @@ def _unresolved(walk: Walk, sense: int) -> Iterator[Unresolved]:
     count = 0
     for stretch in walk.stretches:
         before, panel = count, stretch.panel
-        inner = positions(0.0, panel.length) < stretch.stop - DISTINCT * panel.length
+        inner = positions(0.0, panel.length) < stretch.stop - DISTINCT_OF_PANEL * panel.length
         count += int(inner.sum())
         first, last = sorted((sense * before, sense * count))
         for name, reason in panel.unresolved.items():

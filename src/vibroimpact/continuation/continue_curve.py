@@ -23,8 +23,10 @@ from vibroimpact.continuation.walk import (
     walk,
 )
 
-NEARBY = 1e-3  # a start that is only found by moving p, as at a fold, may lie this far in scaled y
-REGULAR = 1e-7  # least singular value of the Jacobian, rows of length 1, with one tangent
+# A start that is only found by moving p, as at a fold, may lie so far in scaled y.
+START_DISTANCE = 1e-3
+# A Jacobian with rows of length 1 and a larger least singular value has one tangent.
+LEAST_REGULAR_SINGULAR_VALUE = 1e-7
 
 
 def continue_curve(
@@ -144,11 +146,11 @@ def _along_null_vector(problem: Scaled, y: Floats, failed: Attempt) -> Attempt:
     if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian))):
         return failed
     _, sizes, rows = np.linalg.svd(equilibrated(jacobian)[0])
-    if sizes[-1] < REGULAR:
+    if sizes[-1] < LEAST_REGULAR_SINGULAR_VALUE:
         return failed
     row = rows[-1] if rows[-1, -1] >= 0.0 else -rows[-1]
     attempt = correct(problem, y, row, float(row @ y))
-    return attempt if float(np.linalg.norm(attempt.y - y)) <= NEARBY else failed
+    return attempt if float(np.linalg.norm(attempt.y - y)) <= START_DISTANCE else failed
 
 
 def _converged(attempt: Attempt, p: float) -> Node:

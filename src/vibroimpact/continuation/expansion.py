@@ -27,16 +27,21 @@ from vibroimpact._core.chebyshev import real_zeros
 from vibroimpact._core.types import Floats
 
 DEGREE = 12  # K of (1): the cheapest for curves resolved to 1e-8; 10 and 14 cost 5 to 10 % more
-TAIL = 2  # coefficients that measure the truncation error; two, for f may be even or odd
+# The last two coefficients measure the truncation error, for f may be even or odd.
+TAIL_COEFFICIENTS = 2
 # An extremum is doubtful below so many times the largest of the last coefficients; of more than the
 # last two, for these may be small by chance where there is rounding: it affects all coefficients
 # equally, and 13 of one size add up.
-DOUBT, DOUBTFUL = 16.0, 4
-STANDS_OUT = 30.0  # the interval of (3) ends where f is this many times the error
-NARROWER = 0.9  # of an interval: (3) is repeated only if the interval shrinks to this part
-SMOOTH = 5  # on such an interval f is nearly a parabola: coefficients from here on are rounding
-DEEPEST = 3  # expansions within expansions: each gains the square root of the error
-NOISE = 16.0 * float(np.finfo(float).eps)  # rounding of f relative to its size, at the least
+DOUBT_FACTOR = 16.0
+LAST_COEFFICIENTS = 4
+ERRORS_AT_EDGE = 30.0  # the interval of (3) ends where f is so many times the error
+NARROWING_SHARE = 0.9  # (3) is repeated only if the interval shrinks to this share of itself
+# On such an interval f is nearly a parabola: coefficients from this degree on are rounding.
+FIRST_ROUNDED_DEGREE = 5
+# So many expansions are nested at most; each gains the square root of the error.
+DEEPEST_EXPANSIONS = 3
+# f is rounded by so much at least, relative to its size.
+ROUNDING_OF_VALUES = 16.0 * float(np.finfo(float).eps)
 
 Function = Callable[[float], float]
 Edge = tuple[float, float]  # a point and the value of f there
@@ -48,12 +53,12 @@ def _lobatto() -> tuple[Floats, Floats]:
     return points, np.asarray(np.linalg.inv(series.chebvander(points, DEGREE)), dtype=float)
 
 
-POINTS, TO_COEFFICIENTS = _lobatto()
+LOBATTO_POINTS, TO_COEFFICIENTS = _lobatto()
 
 
 def positions(low: float, high: float) -> Floats:
     """The points of (1) in [low, high], both ends included exactly."""
-    s: Floats = (low + high) / 2.0 + (high - low) / 2.0 * POINTS
+    s: Floats = (low + high) / 2.0 + (high - low) / 2.0 * LOBATTO_POINTS
     s[0], s[-1] = low, high
     return s
 
@@ -82,7 +87,7 @@ class Expansion:
     @property
     def tail(self) -> Floats:
         """Size of the truncation error of (1), for each function."""
-        return np.asarray(np.abs(self.coefficients[-TAIL:]).max(axis=0))
+        return np.asarray(np.abs(self.coefficients[-TAIL_COEFFICIENTS:]).max(axis=0))
 
     def _x(self, s: float) -> float:
         return (2.0 * s - self.low - self.high) / (self.high - self.low)
@@ -99,7 +104,7 @@ class Expansion:
     def integral(self) -> Floats:
         """Integral of the series from low to each of the points (1)."""
         whole = series.chebint(self.coefficients, lbnd=-1) * ((self.high - self.low) / 2.0)
-        values: Floats = series.chebval(POINTS, whole)
+        values: Floats = series.chebval(LOBATTO_POINTS, whole)
         return values
 
     def extrema(self) -> list[float]:
@@ -127,10 +132,12 @@ def edges(f: Expansion, true: Function) -> list[Edge]:
         From the lower to the upper end; the value is 0 at a touch.
     """
     size = np.abs(f.coefficients)
-    error = DOUBT * float(size[-DOUBTFUL:].max()) + NOISE * float(np.abs(f.values).max())
+    error = DOUBT_FACTOR * float(size[-LAST_COEFFICIENTS:].max()) + ROUNDING_OF_VALUES * float(
+        np.abs(f.values).max()
+    )
     if size[0] - size[1:].sum() > error:  # |T_k| <= 1: of one sign
         return [(f.low, float(f.values[0])), (f.high, float(f.values[-1]))]
-    return _edges(f, true, error, DEEPEST)
+    return _edges(f, true, error, DEEPEST_EXPANSIONS)
 
 
 def _edges(f: Expansion, true: Function, error: float, depth: int) -> list[Edge]:
@@ -143,9 +150,9 @@ def _edges(f: Expansion, true: Function, error: float, depth: int) -> list[Edge]
             found += these
             continue
         after = next((s for s, _ in extrema if s > these[-1][0]), f.high)
-        low = _exceeding(f, these[0][0], found[-1][0], STANDS_OUT * error)
-        high = _exceeding(f, these[-1][0], after, STANDS_OUT * error)
-        if depth == 0 or high - low > NARROWER * (f.high - f.low):
+        low = _exceeding(f, these[0][0], found[-1][0], ERRORS_AT_EDGE * error)
+        high = _exceeding(f, these[-1][0], after, ERRORS_AT_EDGE * error)
+        if depth == 0 or high - low > NARROWING_SHARE * (f.high - f.low):
             found += [(s, 0.0) for s, _ in these]
         else:
             found += _closer(low, high, true, depth)
@@ -166,8 +173,13 @@ def _closer(low: float, high: float, true: Function, depth: int) -> list[Edge]:
     """The edges of f between two points, from values of f itself (3)."""
     values = np.array([true(float(s)) for s in positions(low, high)])
     f = Expansion(low, high, values)
-    rounding = float(np.abs(f.coefficients[SMOOTH:]).max())
-    return _edges(f, true, DOUBT * rounding + NOISE * float(np.abs(values).max()), depth - 1)
+    rounding = float(np.abs(f.coefficients[FIRST_ROUNDED_DEGREE:]).max())
+    return _edges(
+        f,
+        true,
+        DOUBT_FACTOR * rounding + ROUNDING_OF_VALUES * float(np.abs(values).max()),
+        depth - 1,
+    )
 
 
 def zero_between(f: Expansion, a: float, b: float) -> float:

@@ -27,11 +27,12 @@ from vibroimpact._core.types import Floats
 from vibroimpact.continuation.problem import Scaled
 
 MOST_STEPS = 8  # a guess that needs more is a bad one: quadratic convergence takes 2 to 5
-POINT_TOLERANCE = 1e-11  # of a single point, in unknowns of size one
+POINT_TOLERANCE = 1e-11  # a single point, in unknowns of size one, has this tolerance
 # Where the matrix is ill conditioned, rounding keeps the steps from falling further: below the
 # first number a step that has not halved means that, above it Newton's iteration has failed.
-STALLED = 1e-8
-ROUNDING = 4.0 * float(np.finfo(float).eps)
+STALLED_STEP = 1e-8
+# A Newton step that is so small, relative to the unknowns, is rounding.
+ROUNDING_OF_STEP = 4.0 * float(np.finfo(float).eps)
 
 
 class NewtonStatus(StrEnum):
@@ -149,8 +150,8 @@ def _solve(
 
 
 def _finished(size: float, previous: float, tolerance: float, length: float) -> bool:
-    stalled = size <= STALLED and size > previous / 2.0
-    return stalled or size <= max(tolerance, ROUNDING * length)
+    stalled = size <= STALLED_STEP and size > previous / 2.0
+    return stalled or size <= max(tolerance, ROUNDING_OF_STEP * length)
 
 
 class Determinant(NamedTuple):

@@ -41,14 +41,16 @@ from vibroimpact.continuation.problem import Scaled
 FOLD, BRANCH_POINT = "SN", "BP"
 BUILT_IN = (FOLD, BRANCH_POINT)
 NOT_FINITE = "not finite"
-HISTORY = 3  # nodes that the extrapolation (1) uses, each with its tangent
-SAFETY = 0.3  # (4) aims at this part of what is allowed
+EXTRAPOLATED_NODES = 3  # the extrapolation (1) uses so many nodes, each with its tangent
+SAFETY_FACTOR = 0.3  # (4) aims at this part of what is allowed
 # After a failure of Newton's iteration. Not 1/2: with a branch point at the end of a panel the next
 # panel would end there, too, and so on, ever closer to it.
-NEXT = 0.6
-SHORTEST, LONGEST = 0.2, 3.0  # most that (4) changes a length
-NODE_PART = 1e-3  # Newton's tolerance at the nodes, relative to that of the expansion
-ROUNDING = 1e-13  # least tolerance of the expansion of y
+FAILURE_LENGTH_FACTOR = 0.6
+LEAST_LENGTH_FACTOR = 0.2  # (4) multiplies a length by so much at least
+LARGEST_LENGTH_FACTOR = 3.0  # (4) multiplies a length by so much at most
+# Newton's tolerance at the nodes is this share of that of the expansion.
+NODE_TOLERANCE_SHARE = 1e-3
+LEAST_TOLERANCE = 1e-13  # the tolerance of the expansion of y is so large at least
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ class Failure:
     """
 
     reason: str
-    factor: float = NEXT
+    factor: float = FAILURE_LENGTH_FACTOR
     tests: frozenset[str] = frozenset()
     outside: Attempt | None = None
 
@@ -141,7 +143,7 @@ class Trace:
 
     def guess(self, s: float) -> Floats:
         """Hermite extrapolation (1) from the latest nodes, by divided differences."""
-        return hermite(self.s[-HISTORY:], self.nodes[-HISTORY:], s)
+        return hermite(self.s[-EXTRAPOLATED_NODES:], self.nodes[-EXTRAPOLATED_NODES:], s)
 
 
 def hermite(at: list[float], nodes: list[Node], s: float) -> Floats:
@@ -169,7 +171,7 @@ def trace(
     first = Node(origin.y, origin.jacobian, row, origin.residual, origin.steps, origin.step)
     traced = Trace([0.0], [first])
     base, ahead = float(row @ origin.y), math.cos(standard.turn)
-    tolerance = NODE_PART * standard.tolerance * length
+    tolerance = NODE_TOLERANCE_SHARE * standard.tolerance * length
     for s in positions(0.0, length)[1:]:
         if last is not None and s == length:
             node = _with_direction(last, row)
@@ -201,7 +203,7 @@ def build(
         return traced
     curve = Expansion(0.0, length, np.array([node.y for node in traced.nodes]))
     noise = max(node.step for node in traced.nodes)
-    allowed = standard.tolerance * length + 2.0 * noise + ROUNDING
+    allowed = standard.tolerance * length + 2.0 * noise + LEAST_TOLERANCE
     demand = float(curve.tail.max()) / allowed
     if not demand <= 1.0:
         return Failure("the curve bends too sharply", _factor(demand))
@@ -282,12 +284,17 @@ def _reason_unresolved(f: Expansion, demand: float) -> str:
 def _factor(demand: float) -> float:
     """Change of length (4) after a rejection."""
     if not math.isfinite(demand):
-        return SHORTEST
-    return float(max(SHORTEST, min(0.7, (SAFETY / demand) ** (1.0 / DEGREE))))
+        return LEAST_LENGTH_FACTOR
+    return float(max(LEAST_LENGTH_FACTOR, min(0.7, (SAFETY_FACTOR / demand) ** (1.0 / DEGREE))))
 
 
 def growth(panel: Panel) -> float:
     """Change of length (4) after a panel was accepted."""
     if panel.demand == 0.0:
-        return LONGEST
-    return float(max(SHORTEST, min(LONGEST, (SAFETY / panel.demand) ** (1.0 / DEGREE))))
+        return LARGEST_LENGTH_FACTOR
+    return float(
+        max(
+            LEAST_LENGTH_FACTOR,
+            min(LARGEST_LENGTH_FACTOR, (SAFETY_FACTOR / panel.demand) ** (1.0 / DEGREE)),
+        )
+    )

@@ -37,12 +37,15 @@ from vibroimpact.continuation.problem import Scaled
 EPS = float(np.finfo(float).eps)
 # A fold and a branch point this close in scaled arclength are one point: on the arm of a pitchfork
 # that is tangent to it, p turns back at the branch point, and rounding there is sqrt(eps).
-SAME = 1e-6
+SAME_POINT_ARCLENGTH = 1e-6
 # (2): the interval relative to the panel, where the tail falls by 20^K; not symmetric, so that the
 # point lies between two nodes.
-AROUND, BELOW, ABOVE = 0.05, 1.15, 0.85
-PART_OF_CHANGE = 1e-3  # |f| at a zero relative to the ends of its bracket; a pole or jump has more
-WIDEN = 16.0
+INTERVAL_OF_PANEL = 0.05
+SHARE_BELOW_POINT = 1.15
+SHARE_ABOVE_POINT = 0.85
+# |f| at a zero is smaller, relative to the ends of its bracket; a pole or jump has more.
+ZERO_OF_CHANGE = 1e-3
+WIDENING_FACTOR = 16.0  # a bracket in which the sign does not change is widened by this factor
 
 
 @dataclass(frozen=True)
@@ -129,7 +132,7 @@ def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[L
     kept = [
         zero
         for zero in found
-        if zero.name != FOLD or all(abs(zero.s - s) > SAME for s in branch_points)
+        if zero.name != FOLD or all(abs(zero.s - s) > SAME_POINT_ARCLENGTH for s in branch_points)
     ]
     return sorted(kept, key=lambda zero: zero.s)
 
@@ -191,7 +194,7 @@ def _polished(sampler: Sampler, name: str, a: float, b: float) -> LocatedZero | 
     if not np.isfinite(s):
         sampler.panel.unresolved.setdefault(name, NOT_FINITE)
     size = max(abs(true(a)), abs(true(b)))
-    if not (np.isfinite(s) and abs(true(s)) <= PART_OF_CHANGE * size):
+    if not (np.isfinite(s) and abs(true(s)) <= ZERO_OF_CHANGE * size):
         return None
     rate = abs(true(high) - true(low)) / (high - low)
     error = _uncertainty(sampler, name, s, rate)
@@ -224,7 +227,7 @@ def _narrowed(true: Function, f: Expansion, a: float, b: float) -> tuple[float, 
         low, high = max(a, s - width), min(b, s + width)
         if (low, high) == (a, b) or true(low) * true(high) <= 0.0:
             return low, high
-        width *= WIDEN
+        width *= WIDENING_FACTOR
 
 
 def _branch_point(sampler: Sampler, a: float, b: float) -> LocatedZero:
@@ -232,8 +235,8 @@ def _branch_point(sampler: Sampler, a: float, b: float) -> LocatedZero:
     panel = sampler.panel
     first = panel.tests[BRANCH_POINT]
     s = zero_between(first, a, b)
-    width = AROUND * panel.length
-    low, high = max(a, s - BELOW * width), min(b, s + ABOVE * width)
+    width = INTERVAL_OF_PANEL * panel.length
+    low, high = max(a, s - SHARE_BELOW_POINT * width), min(b, s + SHARE_ABOVE_POINT * width)
     nodes = [sampler.node(float(at)) for at in positions(low, high)]
     solved = [node for node in nodes if node is not None]
     curve, determinant = panel.curve, first

@@ -26,11 +26,13 @@ from vibroimpact._core.types import Floats
 from vibroimpact.continuation.newton import Attempt, correct
 from vibroimpact.continuation.problem import Problem, Scaled, scaled
 
-FURTHEST, NEAREST, SHRINK = 0.02, 1e-5, 0.25  # e of (2) in scaled unknowns: tried in this order
-SLOPE = 0.25  # (3) is accepted within this; a distant point of a parabola gives 1
+LARGEST_OFFSET = 0.02  # e of (2), in scaled unknowns, is first tried with this length
+LEAST_OFFSET = 1e-5  # it is last tried with this length
+OFFSET_FACTOR = 0.25  # from one try to the next it is multiplied by this factor
+LARGEST_SLOPE = 0.25  # (3) is accepted within this; a distant point of a parabola gives 1
 # Singular value of J, rows of length 1, that still counts as zero: the branch point may be known to
 # 1e-8 only, and the slope of the singular value along the curve is at most some tens.
-NULL = 1e-6
+NULL_SINGULAR_VALUE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -97,15 +99,15 @@ def switch(
         status = _defect(attempt, y, across, signed)
         if attempt.node is not None and not status:
             return _start(inside, attempt, signed)
-    return _nothing(inside, f"{status}, {NEAREST:g} from the branch point")
+    return _nothing(inside, f"{status}, {LEAST_OFFSET:g} from the branch point")
 
 
 def _distances() -> Iterator[float]:
     """Signed e of (2): both sides, for the other branch may leave the bounds of p on one."""
-    size = FURTHEST
-    while size >= NEAREST:
+    size = LARGEST_OFFSET
+    while size >= LEAST_OFFSET:
         yield from (size, -size)
-        size *= SHRINK
+        size *= OFFSET_FACTOR
 
 
 def _second_direction(problem: Scaled, y: Floats, along: Floats) -> Floats | None:
@@ -117,12 +119,15 @@ def _second_direction(problem: Scaled, y: Floats, along: Floats) -> Floats | Non
     """
     jacobian = problem.linearised(y)[1]
     # A row may vanish at the branch point itself, so rows are measured beside it too.
-    beside = [problem.linearised(problem.inside(y + e * along))[1] for e in (FURTHEST, -FURTHEST)]
+    beside = [
+        problem.linearised(problem.inside(y + e * along))[1]
+        for e in (LARGEST_OFFSET, -LARGEST_OFFSET)
+    ]
     lengths = np.linalg.norm([jacobian, *beside], axis=2).max(axis=0)
     if not np.all(np.isfinite(lengths)) or not np.all(lengths > 0.0):
         return None
     _, sizes, rows = np.linalg.svd(jacobian / lengths[:, None])
-    if sizes[-1] > NULL:
+    if sizes[-1] > NULL_SINGULAR_VALUE:
         return None
     across = rows[-2:] - np.outer(rows[-2:] @ along, along)
     across = across[int(np.argmax(np.linalg.norm(across, axis=1)))]
@@ -138,7 +143,9 @@ def _defect(attempt: Attempt, y: Floats, across: Floats, signed: float) -> str:
         return attempt.status.value
     chord = float(np.linalg.norm(attempt.node.y - y))
     slope = abs(float(across @ attempt.node.tangent)) * chord / abs(signed)
-    return "" if abs(slope - 1.0) <= SLOPE else "the point found is not on a branch through it"
+    return (
+        "" if abs(slope - 1.0) <= LARGEST_SLOPE else "the point found is not on a branch through it"
+    )
 
 
 def _start(problem: Scaled, attempt: Attempt, signed: float) -> Switch:

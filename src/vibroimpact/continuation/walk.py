@@ -39,13 +39,14 @@ from vibroimpact.continuation.special import LocatedZero, at_end, at_start, loca
 
 # A test function that is not resolved on a panel this much shorter than the curve itself needs
 # has a kink, a pole or noise: it no longer shortens panels until it is resolved again.
-EXCUSED_BELOW = 1.0 / 64.0
-CLOSED = 1e-6  # |y - y_start| on return (4): a hundred times the error of the expansions
-PARALLEL = 1e-3  # difference of unit tangents of a curve and its image
+EXCUSED_LENGTH_RATIO = 1.0 / 64.0
+# |y - y_start| of (4) on return is less: a hundred times the error of the expansions.
+CLOSING_DISTANCE = 1e-6
+PARALLEL_TANGENTS = 1e-3  # unit tangents of a curve and its image that differ by less are parallel
 # A curve may start on a special point, known to rounding: a terminal event there does not stop it,
 # and a closed curve does not list it twice.
-AT_START = 1e-8
-BULGE = 1e-10  # distance by which the expansion may leave the bounds of p (1), in scaled p
+START_ARCLENGTH = 1e-8
+BULGE_OF_BOUNDS = 1e-10  # the expansion may leave the bounds of p (1) by so much, in scaled p
 
 CurveProgress = Callable[[int, float], None]
 StopRule = Callable[[Floats, float], str]  # reason to end a curve at (z, p), or empty
@@ -181,9 +182,9 @@ class Walk:
     def listed_at_goal(self) -> set[str]:
         """Names of special points at the goal that are listed already."""
         if self.met is None:
-            return {zero.name for zero in self.stretches[0].found if zero.s < AT_START}
+            return {zero.name for zero in self.stretches[0].found if zero.s < START_ARCLENGTH}
         last = self.met.stretches[-1]
-        return {zero.name for zero in last.found if zero.s > last.stop - AT_START}
+        return {zero.name for zero in last.found if zero.s > last.stop - START_ARCLENGTH}
 
     @property
     def points(self) -> int:
@@ -241,7 +242,7 @@ class _Pace:
             self.natural = min(self.natural, shorter)
             return shorter
         self.natural = max(self.natural, length)
-        if shorter >= max(self.natural * EXCUSED_BELOW, self.steps.least):
+        if shorter >= max(self.natural * EXCUSED_LENGTH_RATIO, self.steps.least):
             return shorter
         self.excused |= failure.tests
         return length
@@ -341,7 +342,7 @@ def _exit_between_nodes(problem: Scaled, panel: Panel) -> Floats | None:
     for s in p.extrema():
         y = panel.curve.at(s)
         bound = problem.inside(y)[-1]
-        if abs(y[-1] - bound) > BULGE:
+        if abs(y[-1] - bound) > BULGE_OF_BOUNDS:
             crossing = first_zero(Expansion(0.0, panel.length, p.values - bound))
             guess: Floats = panel.curve.at(s if crossing is None else crossing)
             guess[-1] = bound
@@ -361,7 +362,7 @@ def _cut(
     first = not done.stretches
     if first:
         found = [*at_start(panel), *found]
-    later = (zero for zero in found if not (first and zero.s < AT_START))
+    later = (zero for zero in found if not (first and zero.s < START_ARCLENGTH))
     events = ((zero, _event(problem, zero, terminal)) for zero in later)
     event, end = next((found for found in events if found[1]), (None, None))
     back = None if first else _return(problem, done.goal, panel)
@@ -387,7 +388,8 @@ def turns_back(problem: Scaled, y: Floats, direction: Floats) -> bool:
     """Whether the curve after a point is the image of the part before it (5)."""
     unit = direction / np.linalg.norm(direction)
     return any(
-        np.linalg.norm(image - y) <= CLOSED and np.linalg.norm(along + unit) <= PARALLEL
+        np.linalg.norm(image - y) <= CLOSING_DISTANCE
+        and np.linalg.norm(along + unit) <= PARALLEL_TANGENTS
         for image, along in problem.images(y, unit, y)
     )
 
@@ -412,7 +414,8 @@ def _before_return(
     return tuple(
         zero
         for zero in found
-        if zero.s < back - AT_START or (zero.s < back + AT_START and zero.name not in listed)
+        if zero.s < back - START_ARCLENGTH
+        or (zero.s < back + START_ARCLENGTH and zero.name not in listed)
     )
 
 
@@ -432,10 +435,12 @@ def _passes(panel: Panel, y: Floats, tangent: Floats) -> float | None:
         return None
     ahead = Expansion(0.0, panel.length, apart @ tangent)
     s = first_zero(ahead) if ahead.values[0] < 0.0 else None
-    if s is None or float(np.linalg.norm(panel.curve.at(s) - y)) > CLOSED:
+    if s is None or float(np.linalg.norm(panel.curve.at(s) - y)) > CLOSING_DISTANCE:
         return None
     slope = panel.curve.slope(s)
-    return s if np.linalg.norm(slope / np.linalg.norm(slope) - tangent) <= PARALLEL else None
+    return (
+        s if np.linalg.norm(slope / np.linalg.norm(slope) - tangent) <= PARALLEL_TANGENTS else None
+    )
 
 
 def _image(problem: Scaled, node: Node, y: Floats, direction: Floats) -> Node:

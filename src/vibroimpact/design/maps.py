@@ -14,7 +14,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
-from vibroimpact.design.optimise import WITHIN, label_of
+from vibroimpact.design.optimise import TOLERATED_DECIBELS, label_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
@@ -23,7 +23,7 @@ from vibroimpact.sweeps.axes import parameter_axes
 if TYPE_CHECKING:
     import xarray as xr
 
-TOGETHER = 64  # machines that are simulated together
+BATCH_MACHINES = 64  # so many machines are simulated together
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ class DesignMap(Result):
         """Whether a machine is within 1 dB of the best one of the plane."""
         best = float(self.objective.sign * np.nanmin(self._signed))
         loss = [-self.judge.decibels(value, best) for value in self.value.ravel().tolist()]
-        return np.reshape(loss, self.value.shape) <= WITHIN
+        return np.reshape(loss, self.value.shape) <= TOLERATED_DECIBELS
 
     @property
     def _signed(self) -> Floats:
@@ -169,7 +169,7 @@ def design_map(
     judge = judge_of(system, objective, tuple(axes), workers)
     mesh = np.meshgrid(*axes.values(), indexing="ij")
     table, shape = np.column_stack([part.ravel() for part in mesh]), mesh[0].shape
-    groups = np.array_split(table, -(-len(table) // TOGETHER))
+    groups = np.array_split(table, -(-len(table) // BATCH_MACHINES))
     found = list[float]()
     with Reporter(progress, "design map") as report:
         for some in report.track(groups, len(table), "machines", size=len):

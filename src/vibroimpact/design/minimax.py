@@ -25,10 +25,12 @@ from vibroimpact.measures.linear import FreeMotion, free_motion
 from vibroimpact.measures.motions import Motion
 from vibroimpact.orbits.find import find_orbit
 
-NEAR, LOCAL = 0.02, 0.2  # of the worst: values so near count; local maxima so near
-MOST = 16  # values that are linearised
-FIRST, LEAST = 0.02, 1e-5  # trust region, of the bounds
-SAME = 1e-3  # relative: measures of a simulated motion and of its orbit
+NEAR_WORST_RELATIVE = 0.02  # values that are so near to the worst are linearised
+LOCAL_MAXIMUM_RELATIVE = 0.2  # local maxima that are so near to the worst are linearised, too
+MOST_LINEAR_VALUES = 16  # so many values are linearised at most
+FIRST_RADIUS_OF_BOUNDS = 0.02  # the trust region begins with this radius, relative to the bounds
+LEAST_RADIUS_OF_BOUNDS = 1e-5  # the method ends at this radius of the trust region
+SAME_MEASURE_RELATIVE = 1e-3  # the measures of a simulated motion and of its orbit agree so well
 
 
 def motion_of(member: Member, judge: Judge) -> Motion | None:
@@ -49,7 +51,7 @@ def motion_of(member: Member, judge: Judge) -> Motion | None:
 
 
 def _alike(value: float, other: float) -> bool:
-    return abs(value - other) <= SAME * abs(other)
+    return abs(value - other) <= SAME_MEASURE_RELATIVE * abs(other)
 
 
 def gradient(member: Member, motion: Motion, judge: Judge) -> Floats:
@@ -72,10 +74,10 @@ def descend(search: Search, budget: int) -> tuple[int, bool]:
     converged
         Whether the trust region became small; else a motion is not periodic, or they were too many.
     """
-    judge, radius, tried = search.judge, FIRST, 0
+    judge, radius, tried = search.judge, FIRST_RADIUS_OF_BOUNDS, 0
     width = search.variables.high - search.variables.low
     model = _linear(judge, search.best)
-    while tried < budget and radius >= LEAST:
+    while tried < budget and radius >= LEAST_RADIUS_OF_BOUNDS:
         if model is None:
             return tried, False
         row, least = search.best, judge.objective.sign * search.best_value
@@ -87,7 +89,7 @@ def descend(search: Search, budget: int) -> tuple[int, bool]:
             model = _linear(judge, moved)
         else:
             radius /= 3.0
-    return tried, radius < LEAST
+    return tried, radius < LEAST_RADIUS_OF_BOUNDS
 
 
 def _linear(judge: Judge, row: Floats) -> tuple[Floats, Floats] | None:
@@ -111,9 +113,11 @@ def _largest(judge: Judge, row: Floats) -> list[Member]:
     top = float(signed.max())
     beside = np.pad(signed, ((0, 0), (1, 1)), constant_values=-math.inf)
     local = (signed >= beside[:, :-2]) & (signed >= beside[:, 2:])
-    chosen = (signed >= top - NEAR * abs(top)) | (local & (signed >= top - LOCAL * abs(top)))
+    chosen = (signed >= top - NEAR_WORST_RELATIVE * abs(top)) | (
+        local & (signed >= top - LOCAL_MAXIMUM_RELATIVE * abs(top))
+    )
     places = sorted(np.argwhere(chosen).tolist(), key=lambda at: -signed[at[0], at[1]])
-    return [each[i][k] for i, k in places[:MOST]]
+    return [each[i][k] for i, k in places[:MOST_LINEAR_VALUES]]
 
 
 def _step(search: Search, row: Floats, model: tuple[Floats, Floats], radius: float) -> Floats:

@@ -41,7 +41,7 @@ from vibroimpact.measures.measure import Measure, measure_of
 from vibroimpact.model.parameters import parameter_value, with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.response.answers import random_starts, rest_of
+from vibroimpact.response.answers import SAMPLED_MACHINES, random_starts, rest_of
 from vibroimpact.response.band import Band, Unit, band_of
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.final import Final
@@ -55,9 +55,9 @@ Aim = Literal["small", "large"]
 Kind = Literal["worst", "mean"]
 Spread = Mapping[str, float | tuple[float, float]]
 
-SAMPLED = 9  # machines of the band that tell the size of random speeds
-BESIDE = 101  # values of the band for the machine without impacts
-DECIBELS = {"power": 10.0}  # of a ratio; 20 of all other quantities
+LINEAR_VALUES = 101  # the machine without impacts is measured at so many values of the band
+# A ratio of powers has ten times its logarithm, one of all other quantities twenty times.
+DECIBELS_OF_RATIO = {"power": 10.0}
 
 
 @dataclass(frozen=True)
@@ -286,10 +286,10 @@ class Judge:
     @property
     def factor(self) -> float:
         """Decibels per decade of the ratio: 10 of powers, 20 of others."""
-        return DECIBELS.get(self.measure.dimension, 20.0)
+        return DECIBELS_OF_RATIO.get(self.measure.dimension, 20.0)
 
     def decibels(self, value: float, beside: float) -> float:
-        """By how much a value is better than another; NaN where one of two that differ is not positive."""
+        """Decibels by which a value is better than another; NaN where one of two that differ is not positive."""
         if value == beside:
             return 0.0
         if not (value > 0.0 and beside > 0.0 and math.isfinite(value) and math.isfinite(beside)):
@@ -383,17 +383,17 @@ class Judge:
         given = np.array([parameter_value(self.system, name) for name in self.names])
         if not any(e.is_stop for e in mechanism_of(self.system).elements):
             return float(self.values(given[None])[0])
-        values = self.opened(BESIDE)
+        values = self.opened(LINEAR_VALUES)
         if self.objective.kind == "mean" or not np.isfinite(values).all():
-            return float(values @ _weights(BESIDE))
+            return float(values @ _weights(LINEAR_VALUES))
         return self._worst_opened(values)
 
     def _worst_opened(self, values: Floats) -> float:
         from scipy.optimize import minimize_scalar
 
-        sign, at = self.objective.sign, self.band.values(BESIDE)
+        sign, at = self.objective.sign, self.band.values(LINEAR_VALUES)
         k = int(np.argmax(sign * values))
-        ends = at[max(k - 1, 0)], at[min(k + 1, BESIDE - 1)]
+        ends = at[max(k - 1, 0)], at[min(k + 1, LINEAR_VALUES - 1)]
         found = minimize_scalar(lambda x: -sign * self._opened(x), bounds=ends, method="bounded")
         return float(sign * max(-found.fun, sign * values[k]))
 
@@ -414,7 +414,7 @@ class Judge:
         return with_parameters(self.system, dict(zip(self.names, row.tolist(), strict=True)))
 
     def finer(self, times: int, *, seed: int = 0) -> Judge:
-        """The same with so many times as many steps over the band, and starts; seed 0: its own."""
+        """Return a judge with ``times`` as many steps over the band and starts; seed 0 keeps its own."""
         o = self.objective
         finer = replace(
             o, points=times * (o.points - 1) + 1, starts=times * o.starts, seed=seed or o.seed
@@ -496,7 +496,9 @@ def judge_of(
     first = with_parameters(system, {band.parameter: band.low})
     measure = measure_of(objective.measure, first)
     base = rest_of(first)
-    sampled = [with_parameters(system, {band.parameter: v}) for v in band.values(SAMPLED).tolist()]
+    sampled = [
+        with_parameters(system, {band.parameter: v}) for v in band.values(SAMPLED_MACHINES).tolist()
+    ]
     starts = random_starts(first, sampled, objective.starts, objective.seed, base)
     options = {} if workers is None else {"workers": workers}
     return Judge(objective, system, tuple(names), band, measure, starts, options)

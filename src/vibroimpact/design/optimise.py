@@ -33,7 +33,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
 from vibroimpact.design.search import (
-    NO_VALUE,
+    UNVALUED_WORTH,
     Constraint,
     Search,
     constraints_of,
@@ -48,16 +48,22 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LEAST, PER_PARAMETER = 16, 10  # machines of a generation: a power of two
-POLISHED, EACH, MOST = 0.05, 25, 0.25  # machines of the last improvements: see _refined
-FINALISTS, APART = 32, 0.02  # machines that are judged again; of the bounds
-VERIFIED = 2  # times as many values and starts, and another seed
-SIMPLEX = 0.05  # of the bounds: the first simplex
-CLOSE = 1e-4  # of the bounds: the last one
-STEP = 0.005  # of the bounds, for differences
-WITHIN = 1.0  # decibels
-SCANNED, HALVED = 8, 5  # machines of a scan to each side, and bisections
-CONSTANT = 1e-9  # relative range of an objective that does not vary
+FEWEST_MACHINES = 16  # a generation has so many machines at least
+MACHINES_PER_PARAMETER = 10  # a generation has about so many, rounded to a power of two
+LAST_SHARE_OF_BUDGET = 0.05  # the last improvements may take this share of all machines
+LAST_MACHINES_PER_PARAMETER = 25  # they may take so many in any case
+LARGEST_LAST_SHARE_OF_BUDGET = 0.25  # they never take a larger share
+MOST_FINALISTS = 32  # so many machines are judged again at most
+FINALIST_DISTANCE_OF_BOUNDS = 0.02  # these lie so far apart, relative to the bounds
+# Verification takes so many times as many values and starts, and another seed.
+VERIFYING_REFINEMENT = 2
+FIRST_SIMPLEX_OF_BOUNDS = 0.05  # the first simplex has this size, relative to the bounds
+LAST_SIMPLEX_OF_BOUNDS = 1e-4  # the method ends at a simplex of this size, relative to the bounds
+DIFFERENCE_OF_BOUNDS = 0.005  # central differences take this step, relative to the bounds
+TOLERATED_DECIBELS = 1.0  # a machine in an Interval is worse than the best by so much at most
+SCANNED_MACHINES = 8  # a scan takes so many to each side of the best machine
+SCAN_BISECTIONS = 5  # the end of an Interval is bisected so many times after the scan
+CONSTANT_RELATIVE_RANGE = 1e-9  # an objective that varies by less over all machines is constant
 
 
 class Interval(NamedTuple):
@@ -129,7 +135,7 @@ class Design(Result):
 
     @property
     def objective(self) -> Objective:
-        """What it was judged by."""
+        """The objective by which the machine was judged."""
         return self.judge.objective
 
     @cached_property
@@ -141,7 +147,7 @@ class Design(Result):
 
     @cached_property
     def reduction_db(self) -> float:
-        """By how many decibels it is better than the machine as given with all its stops open.
+        """Decibels by which it is better than the machine as given with all its stops open.
 
         20 lg of the ratio, 10 lg for a power. A machine without stops is compared with the one that
         was given. NaN where that has no value, or a value of 0.
@@ -156,7 +162,7 @@ class Design(Result):
         :attr:`value`, for which the machine was chosen.
         """
         seed = self.objective.seed + 1
-        found = self.judge.finer(VERIFIED, seed=seed).values(self._row[None])
+        found = self.judge.finer(VERIFYING_REFINEMENT, seed=seed).values(self._row[None])
         return float(found[0])
 
     @cached_property
@@ -166,7 +172,7 @@ class Design(Result):
 
     @cached_property
     def worst_motion(self) -> Motion | None:
-        """Its periodic orbit, or motion without impacts, where it is stable; else None."""
+        """Periodic orbit, or motion without impacts, of the worst motion where that is stable; else None."""
         return motion_of(self.worst, self.judge)
 
     @cached_property
@@ -212,7 +218,7 @@ class Design(Result):
 
         names = list(self.parameters)
         table, worth = np.array(self.search.table), np.array(self.search.worth)
-        valued = np.where(worth < NO_VALUE, self.objective.sign * worth, math.nan)
+        valued = np.where(worth < UNVALUED_WORTH, self.objective.sign * worth, math.nan)
         robust, sensitivity = self.robust, self.sensitivity
         across = {
             "best": list(self.parameters.values()),
@@ -236,7 +242,7 @@ class Design(Result):
 
     @property
     def label(self) -> str:
-        """What was made small, or large, in words."""
+        """The objective in words, with whether it was made small or large."""
         return label_of(self.judge)
 
     def __repr__(self) -> str:
@@ -345,7 +351,7 @@ def optimise(
     """
     variables = variables_of(system, vary)
     judge = judge_of(system, objective, variables.names, workers)
-    for name, value, least in (("budget", budget, 2 * LEAST), ("seed", seed, 0)):
+    for name, value, least in (("budget", budget, 2 * FEWEST_MACHINES), ("seed", seed, 0)):
         check_count(name, value, least)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("refine", refine, 0)
@@ -381,7 +387,7 @@ def _evolve(search: Search, seed: int, budget: int) -> str:
     from scipy.optimize import differential_evolution
 
     low, high = search.variables.low, search.variables.high
-    count = 2 ** round(math.log2(max(LEAST, PER_PARAMETER * len(low))))
+    count = 2 ** round(math.log2(max(FEWEST_MACHINES, MACHINES_PER_PARAMETER * len(low))))
     while 2 * count > budget:
         count //= 2
 
@@ -415,10 +421,10 @@ def sobol(low: Floats, high: Floats, count: int, seed: int) -> Floats:
 def _refuse_constant(search: Search) -> None:
     """Refuse an objective that does not depend on the parameters."""
     worth = np.array(search.worth)
-    valued = worth[worth < NO_VALUE]
+    valued = worth[worth < UNVALUED_WORTH]
     if not valued.size:
         _ = search.best  # names what is wrong
-    elif len(valued) > 1 and np.ptp(valued) <= CONSTANT * np.abs(valued).max():
+    elif len(valued) > 1 and np.ptp(valued) <= CONSTANT_RELATIVE_RANGE * np.abs(valued).max():
         raise InvalidParameterError(
             f"objective: {label_of(search.judge)} is {search.best_value:.6g} for all {len(valued)} "
             f"machines of the first generation; it does not depend on "
@@ -428,10 +434,13 @@ def _refuse_constant(search: Search) -> None:
 
 def _refined(search: Search, budget: int) -> str:
     """The finer judge of the best machines, and the last improvements of the best; how it ended."""
-    finalists = search.finalists(FINALISTS, APART)
+    finalists = search.finalists(MOST_FINALISTS, FINALIST_DISTANCE_OF_BOUNDS)
     search.level = 1
     search(finalists)
-    left = round(min(max(POLISHED * budget, EACH * search.variables.low.size), MOST * budget))
+    wanted = max(
+        LAST_SHARE_OF_BUDGET * budget, LAST_MACHINES_PER_PARAMETER * search.variables.low.size
+    )
+    left = round(min(wanted, LARGEST_LAST_SHARE_OF_BUDGET * budget))
     begun = f"; {len(finalists)} machines were judged again"
     if search.judge.objective.kind == "worst":
         steps, converged = descend(search, left)
@@ -451,14 +460,15 @@ def _simplex(search: Search, left: int) -> str:
     width = high - low
     begin = (search.best - low) / width
     corners = np.tile(begin, (len(low) + 1, 1))
+    edge = FIRST_SIMPLEX_OF_BOUNDS
     for i in range(len(low)):
-        corners[i + 1, i] += SIMPLEX if begin[i] + SIMPLEX <= 1.0 else -SIMPLEX
+        corners[i + 1, i] += edge if begin[i] + edge <= 1.0 else -edge
     if left <= len(low) + 1:
         return ""
     found = minimize(
         lambda at: float(search((low + width * np.clip(at, 0.0, 1.0))[None])[0]), begin,
         method="Nelder-Mead", bounds=[(0.0, 1.0)] * len(low),
-        options={"initial_simplex": corners, "maxfev": left, "xatol": CLOSE, "fatol": 0.0},
+        options={"initial_simplex": corners, "maxfev": left, "xatol": LAST_SIMPLEX_OF_BOUNDS, "fatol": 0.0},
     )  # fmt: skip
     ended = "converged" if found.success else "was stopped"
     return f", the simplex method {ended} after {found.nfev} more"
@@ -470,7 +480,7 @@ def _simplex(search: Search, left: int) -> str:
 def _differences(search: Search, row: Floats) -> dict[str, Sensitivity]:
     """Central differences, of two steps, within the bounds."""
     names, low, high = search.variables
-    steps = STEP * (high - low)
+    steps = DIFFERENCE_OF_BOUNDS * (high - low)
     inside = np.clip(row, low + 2.0 * steps, high - 2.0 * steps)
     table = np.array(
         [
@@ -504,14 +514,17 @@ def robust_of(search: Search, row: Floats, best: float) -> dict[str, Interval]:
         values = search.judge.values(np.array(table)).reshape(parts.shape)
         allowed = np.array([not any(search.violations(one)) for one in table])
         loss = np.array([-judge.decibels(v, best) for v in values.ravel()]).reshape(parts.shape)
-        return (loss <= WITHIN) & allowed.reshape(parts.shape)
+        return (loss <= TOLERATED_DECIBELS) & allowed.reshape(parts.shape)
 
-    scan = np.tile(np.arange(1, SCANNED + 1) / SCANNED, (len(ends), 1))
+    scan = np.tile(np.arange(1, SCANNED_MACHINES + 1) / SCANNED_MACHINES, (len(ends), 1))
     kept = good(scan)
     whole = kept.all(axis=1)
-    first = np.where(whole, SCANNED, np.argmin(kept, axis=1))
-    inner, outer = first / SCANNED, np.minimum(first + 1, SCANNED) / SCANNED
-    for _ in range(HALVED):
+    first = np.where(whole, SCANNED_MACHINES, np.argmin(kept, axis=1))
+    inner, outer = (
+        first / SCANNED_MACHINES,
+        np.minimum(first + 1, SCANNED_MACHINES) / SCANNED_MACHINES,
+    )
+    for _ in range(SCAN_BISECTIONS):
         middle = (inner + outer) / 2.0
         fine = good(middle[:, None])[:, 0]
         inner, outer = np.where(fine, middle, inner), np.where(fine, outer, middle)

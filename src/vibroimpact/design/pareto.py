@@ -46,8 +46,9 @@ from vibroimpact.results.result import Result
 if TYPE_CHECKING:
     import xarray as xr
 
-SIZE = 32  # machines of a generation
-SCALE, CROSSED = 0.5, 0.7  # of differential evolution
+GENERATION_MACHINES = 32  # a generation has so many machines
+DIFFERENCE_WEIGHT = 0.5  # differential evolution adds this part of a difference of two machines
+CROSSOVER_PROBABILITY = 0.7  # with this probability a parameter is taken from the mutated machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +79,7 @@ class ParetoFront(Result):
         return len(self.table)
 
     def machine(self, number: int) -> System:
-        """One of the machines."""
+        """The machine of a number on the front."""
         check_index("number", number, len(self))
         row = self.table[number].tolist()
         return with_parameters(self.system, dict(zip(self.names, row, strict=True)))
@@ -164,7 +165,7 @@ def pareto_front(
     variables = variables_of(system, vary)
     judges = _judges(system, objectives, variables.names, workers)
     check_count("seed", seed, 0, LARGEST_SEED)
-    check_count("budget", budget, 2 * SIZE)
+    check_count("budget", budget, 2 * GENERATION_MACHINES)
     check_count("refine", refine, 1)
     check_progress(progress)
     search = _Compromises(judges, variables, constraints_of(constraints))
@@ -208,19 +209,23 @@ class _Compromises:
         """Differential evolution."""
         rng = np.random.default_rng(seed)
         low, high = self.variables.low, self.variables.high
-        table = sobol(low, high, SIZE, seed)
+        table = sobol(low, high, GENERATION_MACHINES, seed)
         worth = self._try(table)
         report(self.tried)
         if not np.isfinite(worth).any():
             self._refuse()
-        while self.tried + SIZE <= budget:
-            a, b, c = table[np.argsort(rng.random((SIZE, SIZE)), axis=1)[:, :3]].swapaxes(0, 1)
-            mutant = a + SCALE * (b - c)
+        while self.tried + GENERATION_MACHINES <= budget:
+            a, b, c = table[
+                np.argsort(rng.random((GENERATION_MACHINES, GENERATION_MACHINES)), axis=1)[:, :3]
+            ].swapaxes(0, 1)
+            mutant = a + DIFFERENCE_WEIGHT * (b - c)
             mutant = np.where(
                 (mutant < low) | (mutant > high), rng.uniform(low, high, a.shape), mutant
             )
-            crossed = rng.random(a.shape) < CROSSED
-            crossed[np.arange(SIZE), rng.integers(len(low), size=SIZE)] = True
+            crossed = rng.random(a.shape) < CROSSOVER_PROBABILITY
+            crossed[
+                np.arange(GENERATION_MACHINES), rng.integers(len(low), size=GENERATION_MACHINES)
+            ] = True
             trial = np.where(crossed, mutant, table)
             both = np.vstack([table, trial]), np.vstack([worth, self._try(trial)])
             kept = _survivors(both[1])
@@ -248,7 +253,7 @@ class _Compromises:
         return self.table[rows], self.worth[rows]
 
     def _try(self, table: Floats) -> Floats:
-        """Both objectives of new machines, infinite for those not allowed; all are kept."""
+        """Evaluate both objectives of new machines, infinite for those not allowed; all are kept."""
         names = self.variables.names
         allowed = [
             not any(violations_of(self.constraints, dict(zip(names, row, strict=True))))
@@ -262,7 +267,7 @@ class _Compromises:
         return worth
 
     def _judged(self, table: Floats) -> Floats:
-        """Both objectives in the sense that less is better, infinite without one."""
+        """Values of both objectives in the sense that less is better, infinite without one."""
         signs = np.array([judge.objective.sign for judge in self.judges])
         worth = Judge.values_of(self.judges, table).T * signs
         return np.where(np.isfinite(worth).all(axis=1, keepdims=True), worth, math.inf)
@@ -290,9 +295,9 @@ def _survivors(worth: Floats) -> Any:
     left, kept = np.arange(len(worth)), list[int]()
     while True:
         front = left[~_dominated(worth[left])]
-        if len(kept) + len(front) >= SIZE:
+        if len(kept) + len(front) >= GENERATION_MACHINES:
             order = np.argsort(-_crowding(worth[front]), kind="stable")
-            return np.array([*kept, *front[order[: SIZE - len(kept)]]])
+            return np.array([*kept, *front[order[: GENERATION_MACHINES - len(kept)]]])
         kept += front.tolist()
         left = np.setdiff1d(left, front)
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 Constraint = Callable[[dict[str, float]], float]
 
-INFEASIBLE = 1e100  # worth of a machine that is not allowed: worse than any motion
-NO_VALUE = 1e50  # of one whose motion has no value
+INFEASIBLE_WORTH = 1e100  # a machine that is not allowed is worse than any motion
+UNVALUED_WORTH = 1e50  # a machine whose motion has no value is worse than any that has one
 
 
 class Variables(NamedTuple):
@@ -168,9 +168,9 @@ class Search:
         """
         table, worth = self.seen
         k = int(np.argmin(worth))
-        if worth[k] >= INFEASIBLE:
+        if worth[k] >= INFEASIBLE_WORTH:
             raise InvalidParameterError(self._nowhere())
-        if worth[k] >= NO_VALUE:
+        if worth[k] >= UNVALUED_WORTH:
             raise InvalidParameterError(
                 f"objective: none of {len(worth)} machines has a value: their motions do not reach "
                 "the end of the window. Examine one of them with vi.sweep."
@@ -181,7 +181,7 @@ class Search:
     def best_value(self) -> float:
         """Objective of the best machine so far; NaN without one."""
         least = self.seen[1].min(initial=math.inf)
-        return self.judge.objective.sign * float(least) if least < NO_VALUE else math.nan
+        return self.judge.objective.sign * float(least) if least < UNVALUED_WORTH else math.nan
 
     def finalists(self, count: int, apart: float) -> Floats:
         """The best machines, no two of them closer than ``apart`` of the bounds in all parameters."""
@@ -190,7 +190,7 @@ class Search:
         found: list[Floats] = []
         for k in np.argsort(worth, kind="stable"):
             far = [np.max(np.abs(table[k] - one) / width) > apart for one in found]
-            if worth[k] < NO_VALUE and all(far):
+            if worth[k] < UNVALUED_WORTH and all(far):
                 found.append(table[k])
             if len(found) == count:
                 break
@@ -203,7 +203,7 @@ class Search:
         for count in self.groups:
             least = worth[:count][levels[:count] == levels[count - 1]].min()
             value = self.judge.objective.sign * float(least)
-            best.append(value if least < NO_VALUE else math.nan)
+            best.append(value if least < UNVALUED_WORTH else math.nan)
         return tuple(self.groups), tuple(best)
 
     def parameters(self, row: Floats) -> dict[str, float]:
@@ -216,11 +216,11 @@ class Search:
 
     def _computed(self, table: Floats) -> Floats:
         wrong = np.array([math.fsum(self.violations(row)) for row in table])
-        worth = INFEASIBLE * (1.0 + wrong)
+        worth = INFEASIBLE_WORTH * (1.0 + wrong)
         allowed = np.flatnonzero(wrong == 0.0)
         if allowed.size:
             found = self.judge.objective.sign * self.judge.values(table[allowed])
-            worth[allowed] = np.where(np.isfinite(found), found, NO_VALUE)
+            worth[allowed] = np.where(np.isfinite(found), found, UNVALUED_WORTH)
         return worth
 
     def _nowhere(self) -> str:

@@ -171,7 +171,7 @@ class ImpactDamper(Machine):
         )
 
     def free_start(self) -> State:
-        """Both masses in the middle, the free one with velocity force / (mass omega)."""
+        """State with both masses in the middle, the free one with velocity force / (mass omega)."""
         return State((0.0, 0.0), (0.0, self.force / (self.mass * self.omega)))
 
     def on_stop(self, stop: str, *, x1: float, v1: float, v2: float, phase: float) -> State:

@@ -195,7 +195,7 @@ class ImpactOscillator(Machine):
         )
 
     def free_start(self) -> State:
-        """At rest midway between two stops; at one stop, off it by the static deflection at least."""
+        """State at rest midway between two stops; at one stop, off it by the static deflection at least."""
         if self.lower_clearance is None:
             deflection = self.force / (self.mass * self.omega_n**2)
             return State((min(0.0, self.clearance - deflection),), (0.0,))

@@ -121,7 +121,7 @@ def _line_force(flights: Flights, coordinate: int, _: int) -> Dual:
 
 
 def _impact_losses(run: Run, m: Mechanism) -> list[float]:
-    """(2) of each contact and element."""
+    """Work (2) of each contact and element."""
     n, mass = m.degrees, np.array(m.mass)
     before, after = run.velocity_before[:, :n], run.velocity_after[:, :n]
     lost = np.einsum("ki,ij,kj->k", before - after, mass, before + after) / 2.0
@@ -132,7 +132,7 @@ def _impact_losses(run: Run, m: Mechanism) -> list[float]:
 
 
 def _stored(m: Mechanism, x: Floats, v: Floats) -> float:
-    """(3)."""
+    """Energy (3) that the machine stores in a state."""
     return float(
         v @ np.array(m.mass) @ v / 2.0 + x @ np.array(m.stiffness) @ x / 2.0
         - np.array(m.constant_force) @ x

@@ -3,14 +3,14 @@
 Method      In a mode the coordinates y (compile/piecewise.py), with a last entry 1, follow
                 Y' = H Y,      (dY/dp)' = H dY/dp + H_p Y                                        (1)
             at a fixed time since the flight began; both come from one exponential matrix of
-            [[H, 0], [H_p, H]], at the Chebyshev nodes of windows of WINDOW radians of the fastest
-            rate, over which series have fallen to rounding at NODES terms. What is measured is a row
+            [[H, 0], [H_p, H]], at the Chebyshev nodes of windows of WINDOW_RADIANS radians of the fastest
+            rate, over which series have fallen to rounding at WINDOW_NODES terms. What is measured is a row
             on Y in every mode, a *signal* u:
               - its extrema are the zeros of u', eigenvalues of the colleague matrix, and the ends
                 of flights; by the envelope theorem their derivative is the partial one at a fixed
                 time, at the end of a flight with u' times the derivative of the flight time;     (2)
-              - integrals of products are those of polynomials of degree 2 NODES - 2: Gauss's rule
-                with NODES points is exact.                                                       (3)
+              - integrals of products are those of polynomials of degree 2 WINDOW_NODES - 2: Gauss's rule
+                with WINDOW_NODES points is exact.                                                       (3)
 Accuracy    of values and derivatives, some 1e-13 of the largest value of the signal
 Reference   Boyd, Solving Transcendental Equations (2014); theory.md, "Periodic orbits"
 """
@@ -33,16 +33,17 @@ from vibroimpact._core.windows import Windows, values_at
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import units_of
 from vibroimpact.compile.piecewise import Piecewise
-from vibroimpact.compile.prescribed import NODES, WINDOW
+from vibroimpact.compile.prescribed import WINDOW_NODES, WINDOW_RADIANS
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.admissibility import FLAT_OF_LARGEST_RATE
 
-FLAT = 1e-9  # of the largest u' in a window: terms below it do not move an extremum's value
-POLISHED = 1e-5  # of a window: longer steps are those of two extrema about to merge
-WHOLE = 1e-9  # a number of turns this near to a whole one is one
-SPARE = 12  # points of Gauss's rule beyond those that resolve an oscillation
+# Longer steps, relative to a window, are those of two extrema about to merge.
+POLISHING_STEP_OF_WINDOW = 1e-5
+WHOLE_TURNS_WITHIN = 1e-9  # a number of turns that is so near to a whole one is one
+SPARE_GAUSS_POINTS = 12  # Gauss's rule has so many points beyond those that resolve an oscillation
 
 
 def jet(x: float | Jet, by: float = 0.0) -> Jet:
@@ -130,7 +131,7 @@ class Rows:
         return dual(self.pieces.gap_row(part))
 
     def gap_rate(self, code: int, part: int) -> Dual:
-        """Its rate."""
+        """Rate of the gap in a mode."""
         return self.gap(code, part) @ self.flow(code)
 
     def embedded(self, states: Floats, by: Floats) -> Dual:
@@ -227,17 +228,17 @@ class Flights:
     @cached_property
     def windows(self) -> Windows:
         """Windows that cover the flights."""
-        length = min(WINDOW / self.rows.rate, float(self.durations.max())) or 1.0
+        length = min(WINDOW_RADIANS / self.rows.rate, float(self.durations.max())) or 1.0
         return Windows.over(self.durations, length)
 
     @cached_property
     def y(self) -> Dual:
-        """Chebyshev series of Y in the windows, shape (NODES, w, D + 1)."""
+        """Chebyshev series of Y in the windows, shape (WINDOW_NODES, w, D + 1)."""
         w, size = self.windows, self.rows.pieces.size + 1
-        values = np.empty((NODES, len(w.segment), 2 * size))
+        values = np.empty((WINDOW_NODES, len(w.segment), 2 * size))
         begun = self.rows.embedded(self.states, self.states_by)
         modes = np.array(self.codes)
-        offsets = (1.0 + nodes(NODES)) * (w.length / 2.0)
+        offsets = (1.0 + nodes(WINDOW_NODES)) * (w.length / 2.0)
         for code in np.unique(modes):
             flights = np.flatnonzero(modes == code)
             values_of_mode = _propagated(
@@ -247,11 +248,11 @@ class Flights:
             for nth, part in enumerate(values_of_mode):
                 there = flights[w.counts[flights] > nth]
                 values[:, w.first[there] + nth] = part
-        series = fitted(values.reshape(NODES, -1)).reshape(values.shape)
+        series = fitted(values.reshape(WINDOW_NODES, -1)).reshape(values.shape)
         return Dual(series[..., :size], series[..., size:])
 
     def signal(self, row: Callable[[int], Dual]) -> Signal:
-        """What a row on Y in each mode, by its code, says along the motion."""
+        """Signal that a row on Y in each mode, by its code, gives along the motion."""
         table = {code: row(code) for code in {*self.codes}}
         by_window = [table[self.codes[k]] for k in self.windows.segment]
         value, by = (np.array(part) for part in zip(*by_window, strict=True))
@@ -327,7 +328,7 @@ def _gauss(count: int) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A function of time along a motion: Chebyshev series in every window, (NODES, w) each."""
+    """A function of time along a motion: Chebyshev series in every window, (WINDOW_NODES, w) each."""
 
     flights: Flights
     series: Floats
@@ -348,7 +349,7 @@ class Signal:
         """Values at extrema and at ends of flights, their derivatives and times."""
         w = self.flights.windows
         slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
-        at, x = real_zeros_of(slope, FLAT)
+        at, x = real_zeros_of(slope, FLAT_OF_LARGEST_RATE)
         at, x = w.inside(at, _polished(slope, at, x))
         at = np.concatenate([at, w.first, w.last])
         x = np.concatenate([x, np.full(len(w.first), -1.0), w.ends])
@@ -364,7 +365,7 @@ class Signal:
 
     def mean_product(self, other: Signal) -> Jet:
         """Mean of the product of two signals over the motion, by (3)."""
-        points = self._points(NODES)
+        points = self._points(WINDOW_NODES)
         f, g = self._at(points.x), other._at(points.x)
         whole = np.sum(points.weights * f.value * g.value)
         by = np.sum(points.weights * (f.by * g.value + f.value * g.by))
@@ -379,10 +380,10 @@ class Signal:
         flights, w = self.flights, self.flights.windows
         omega = flights.omega
         turns = order * omega.value * flights.period.value / (2.0 * math.pi)
-        if flights.periodic and abs(turns - round(turns)) > WHOLE * turns:
+        if flights.periodic and abs(turns - round(turns)) > WHOLE_TURNS_WITHIN * turns:
             return jet(0.0)
         turn = order * omega.value * w.length / 2.0
-        points = self._points(NODES + math.ceil(turn) + SPARE)
+        points = self._points(WINDOW_NODES + math.ceil(turn) + SPARE_GAUSS_POINTS)
         f = self._at(points.x)
         since = w.start[:, None] + w.length * (1.0 + points.x) / 2.0
         theta = order * (flights.states[w.segment, -1:] + omega.value * since)
@@ -405,7 +406,7 @@ class Signal:
 
     def _at(self, x: Floats) -> Dual:
         """Values at points (w, k) of the windows."""
-        terms = chebyshev.chebvander(x, NODES - 1)
+        terms = chebyshev.chebvander(x, WINDOW_NODES - 1)
         parts = (np.einsum("wkn,nw->wk", terms, part) for part in (self.series, self.series_by))
         return Dual(*parts)
 
@@ -422,8 +423,8 @@ class _Points(NamedTuple):
 
 
 def _polished(series: Floats, windows: Integers, x: Floats) -> Floats:
-    """Zeros of series after a step of Newton's method, where it is as small as FLAT makes it."""
+    """Zeros of series after a step of Newton's method, where it is as small as FLAT_OF_LARGEST_RATE makes it."""
     curved = values_at(np.asarray(chebyshev.chebder(series, axis=0), float), windows, x)
     with np.errstate(divide="ignore", invalid="ignore"):
         step = values_at(series, windows, x) / curved
-    return x - np.where(np.abs(step) <= POLISHED, step, 0.0)
+    return x - np.where(np.abs(step) <= POLISHING_STEP_OF_WINDOW, step, 0.0)

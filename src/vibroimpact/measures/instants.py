@@ -18,11 +18,12 @@ from vibroimpact._core.chebyshev import real_zeros_of
 from vibroimpact._core.checks import memory_of_machine, refusal
 from vibroimpact._core.types import Floats
 from vibroimpact._core.windows import values_at
-from vibroimpact.compile.prescribed import NODES, WINDOW
-from vibroimpact.measures.flights import FLAT, Rows, Signal
+from vibroimpact.compile.prescribed import WINDOW_NODES, WINDOW_RADIANS
+from vibroimpact.measures.flights import Rows, Signal
+from vibroimpact.orbits.admissibility import FLAT_OF_LARGEST_RATE
 
-BYTES = 64  # of a coefficient, with its derivative, kept twice while series are made
-SAME = 1e-6  # of a window: instants so near to each other are one
+BYTES_PER_COEFFICIENT = 64  # a coefficient and its derivative are kept twice while series are made
+SAME_INSTANT_OF_WINDOW = 1e-6  # instants that are so near, relative to a window, are one
 
 
 class Extrema(NamedTuple):
@@ -34,8 +35,8 @@ class Extrema(NamedTuple):
 
 def check_span(name: str, value: object, rows: Rows, span: float) -> None:
     """Refuse a time over which the series of a motion would exceed the memory of this machine."""
-    windows = span * rows.rate / WINDOW
-    needed = windows * BYTES * NODES * (rows.pieces.size + 1)
+    windows = span * rows.rate / WINDOW_RADIANS
+    needed = windows * BYTES_PER_COEFFICIENT * WINDOW_NODES * (rows.pieces.size + 1)
     if not needed <= memory_of_machine():
         raise refusal(
             name,
@@ -60,7 +61,7 @@ def largest_modulus(signal: Signal) -> float:
     largest = max(float(part.max(initial=0.0)) for part in known)
     some = np.flatnonzero(np.abs(signal.series).sum(axis=0) > largest)
     slope = np.asarray(chebyshev.chebder(signal.series[:, some], axis=0), dtype=float)
-    at, x = real_zeros_of(slope, FLAT)
+    at, x = real_zeros_of(slope, FLAT_OF_LARGEST_RATE)
     at, x = w.inside(some[at], x)
     return float(max(largest, np.abs(values_at(signal.series, at, x)).max(initial=0.0)))
 
@@ -69,7 +70,7 @@ def extrema(signal: Signal) -> Extrema:
     """Local maxima and minima of a signal, its first and last value not included."""
     w = signal.flights.windows
     slope = np.asarray(chebyshev.chebder(signal.series, axis=0), dtype=float)
-    at, x = w.inside(*real_zeros_of(slope, FLAT))
+    at, x = w.inside(*real_zeros_of(slope, FLAT_OF_LARGEST_RATE))
     times, values = w.times(at, x), values_at(signal.series, at, x)
     before, after = (
         values_at(slope, w.last[:-1], w.ends[:-1]),
@@ -81,7 +82,7 @@ def extrema(signal: Signal) -> Extrema:
     times, values = np.append(times, begin), np.append(values, corners)
     order = np.argsort(times, kind="stable")
     times, values = times[order], values[order]
-    apart = np.diff(times, prepend=-np.inf) > SAME * w.length
+    apart = np.diff(times, prepend=-np.inf) > SAME_INSTANT_OF_WINDOW * w.length
     return Extrema(times[apart], values[apart])
 
 

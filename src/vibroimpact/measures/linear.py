@@ -26,12 +26,13 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
 
-ZERO = 1e-12  # relative: stiffness and forces that vanish but for rounding
-HELD = 1e-9  # of the fastest rate: a motion that dies out more slowly does not settle
+ZERO_RELATIVE = 1e-12  # smaller stiffness and forces vanish but for rounding
+# A motion that dies out more slowly, relative to the fastest rate, does not settle.
+HELD_OF_FASTEST_RATE = 1e-9
 
 
 class Reach(NamedTuple):
-    """What a motion leaves of the gap at a stop, and its place in the motion of the contact."""
+    """Least gap that a motion leaves at a stop, and its place in the motion of the contact."""
 
     stop: Stop
     gap: float
@@ -83,7 +84,7 @@ class FreeMotion:
 
     @cached_property
     def reaches(self) -> list[Reach]:
-        """What is left of the gap at every stop, soft ones included; negative beyond it."""
+        """Least gap at every stop, soft ones included; negative beyond it."""
         flights = self.flights()
         found = []
         for number, part in enumerate(self.mechanism.elements):
@@ -115,7 +116,7 @@ class FreeMotion:
         rates, unheld = np.linalg.eigvals(_matrix(m)), loose(m)
         free = len(unheld) + int(np.linalg.matrix_rank(unheld @ m.mass)) if len(unheld) else 0
         slow = np.sort(rates.real)[: len(rates) - free] if free else rates.real
-        return bool(np.all(slow < -HELD * np.abs(rates).max()))
+        return bool(np.all(slow < -HELD_OF_FASTEST_RATE * np.abs(rates).max()))
 
     def _state(self, varied: Mechanism) -> tuple[Floats, Floats, Jet]:
         """(x, v, theta) at phase zero, its derivative, and the period, from numbers or jets."""
@@ -158,7 +159,7 @@ def _matrix(m: Mechanism) -> Floats:
 def loose(m: Mechanism) -> Floats:
     """Directions along which no spring holds the machine, shape (k, n)."""
     _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
-    found: Floats = directions[sizes <= ZERO * sizes.max()]
+    found: Floats = directions[sizes <= ZERO_RELATIVE * sizes.max()]
     return found
 
 
@@ -183,7 +184,7 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
     if not forcing_repeats(m, least_cycles(m)):
         return "the forcing frequencies have no common period"
     free, constant = loose(m), np.array(m.constant_force)
-    if np.any(np.abs(free @ constant) > ZERO * np.abs(constant).max(initial=0.0)):
+    if np.any(np.abs(free @ constant) > ZERO_RELATIVE * np.abs(constant).max(initial=0.0)):
         return "a constant force acts on a mass that no spring holds"
     try:
         motion = FreeMotion(system, np.zeros(m.degrees))
@@ -210,7 +211,7 @@ def _centred(motion: FreeMotion, free: Floats) -> Floats:
         return np.zeros(m.degrees)
     k = len(free)
     limits = [abs(reach.stop.limit(m.elements)) for reach in reaches]
-    least = across[gaps <= gaps.min() + ZERO * max(*limits, np.abs(gaps).max())]
+    least = across[gaps <= gaps.min() + ZERO_RELATIVE * max(*limits, np.abs(gaps).max())]
     if k == 1 and least.min() < 0.0 < least.max():  # it is in the middle
         return np.zeros(m.degrees)
     size = float(np.abs(gaps).max())

@@ -78,7 +78,7 @@ class Measure(ABC):
     @property
     @abstractmethod
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
 
     @property
     @abstractmethod
@@ -98,11 +98,11 @@ class Measure(ABC):
         """Refuse a mechanism that has no such row or part."""
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
-        """Of each member of a sweep; by default each is run on from its end and measured."""
+        """Measure each member of a sweep; by default each is run on from its end."""
         return _each(members, system, self._continued)
 
     def _continued(self, system: System, member: xr.Dataset, periods: float) -> float:
-        """Of the window that follows that of a member."""
+        """Measure the window that follows that of a member."""
         place, speed, phase = (
             member[f"final_{name}"].values for name in ("position", "velocity", "phase")
         )
@@ -116,7 +116,7 @@ class Measure(ABC):
         return float(self._of(flights_of_run(run, span)).value)
 
     def of_sweep(self, members: xr.Dataset) -> xr.DataArray:
-        """Of each member of a sweep that has these observers, of any kind of motion.
+        """Measure each member of a sweep that has these observers, whatever its motion.
 
         Parameters
         ----------
@@ -165,7 +165,7 @@ class Measure(ABC):
         return [name for one in bound.observers for name in one.variables(m)]
 
     def of_orbit(self, orbit: Motion) -> float:
-        """Of a periodic orbit: exact to rounding, extrema located, integrals in closed form.
+        """Measure a periodic orbit, exact to rounding: extrema are located, integrals in closed form.
 
         Parameters
         ----------
@@ -175,7 +175,7 @@ class Measure(ABC):
         return self.along(orbit, "")[0]
 
     def derivative(self, orbit: Motion, parameter: str) -> float:
-        """Its total derivative along the branch of an orbit, exact to rounding.
+        """Total derivative of the measure along the branch of an orbit, exact to rounding.
 
         By the implicit function theorem for the orbit, variations for its flights and the envelope
         theorem for extrema; no differences. NaN where there is none: at a fold, of an rms that is
@@ -192,7 +192,7 @@ class Measure(ABC):
         return found.value, derivative(found) if parameter else math.nan
 
     def of_run(self, run: Run, span: float) -> float:
-        """Of a simulated motion from its start to a time that it has reached."""
+        """Measure a simulated motion from its start to a time that it has reached."""
         return of_run([self], run, span)[0]
 
     @property
@@ -251,7 +251,7 @@ class _OfRow(Measure):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
         return f"{self.KIND} of {self.text}"
 
     @property
@@ -290,7 +290,7 @@ class _OfRow(Measure):
         return self._observed(members)
 
     def _observed(self, members: xr.Dataset) -> xr.DataArray:
-        """From what the observer of the row holds."""
+        """Measure members by what the observer of the row holds."""
         raise NotImplementedError
 
     @property
@@ -406,7 +406,7 @@ class Harmonic(_OfRow):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
         return f"harmonic {self.harmonic:g} of {self.text}"
 
     def _check(self, m: Mechanism) -> None:
@@ -546,7 +546,7 @@ class DissipatedPower(Measure):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
         whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
         return f"dissipated power{'' if self.part is None else whose}"
 
@@ -643,7 +643,7 @@ class ContactForce(_OfPart):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
         return f"largest force{self._whose}"
 
     @property
@@ -696,7 +696,7 @@ class Impulse(_OfPart):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
         return f"largest impulse{self._whose}"
 
     @property
@@ -757,7 +757,7 @@ class ImpactSpeed(Measure):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
         return f"{self.kind} impact speed"
 
     @property
@@ -791,7 +791,7 @@ class ImpactRate(Measure):
 
     @property
     def label(self) -> str:
-        """What it is, in words."""
+        """The measure in words."""
         return "impacts per unit of time"
 
     @property

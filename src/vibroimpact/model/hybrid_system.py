@@ -28,7 +28,7 @@ from vibroimpact._kernel import MAX_DEGREES, MAX_LINES
 
 Direction = Literal["rising", "falling"]
 MOST_STATES = 2 * MAX_DEGREES
-MOST_GUARDS = 24  # of one mode
+MOST_GUARDS = 24  # a mode has so many guards at most
 
 
 @names_arguments()

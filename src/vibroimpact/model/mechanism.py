@@ -43,7 +43,8 @@ from vibroimpact.model.elements.table import KINDS
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
 ImpactLaw = Literal["moreau", "sequential"]
-MANY = 1_000_000  # the count is checked elsewhere
+# A limit that no list reaches: MOST_ELEMENTS is checked after the kinds.
+UNBOUNDED_COUNT = 1_000_000
 MOST_ELEMENTS = 8
 
 
@@ -202,7 +203,7 @@ class Mechanism:
 
     def _set_elements(self) -> None:
         """Put rigid stops first."""
-        given = _several("elements", self.elements, tuple(KINDS.values()), 0, MANY)
+        given = _several("elements", self.elements, tuple(KINDS.values()), 0, UNBOUNDED_COUNT)
         object.__setattr__(self, "elements", tuple(sorted(given, key=lambda e: not e.rigid)))
         rigid, others = len(self.rigid_stops), len(self.switching)
         many = 3**rigid * 7**others >= 2**31 or others > MOST_ELEMENTS
@@ -238,7 +239,7 @@ class Mechanism:
     def on_moving_base(
         self, motion: Harmonic | tuple[Harmonic, ...], direction: tuple[float, ...] | None = None
     ) -> Mechanism:
-        """The same machine on a base that moves; its coordinates are then relative to the base.
+        """Return this machine on a base that moves; its coordinates are then relative to the base.
 
         Springs and dashpots to the ground, stops, and friction on the ground go with the base.
 
@@ -369,7 +370,7 @@ def _several(
         return tuple(items)
     kinds = " or ".join(k.__name__ for k in (kind if isinstance(kind, tuple) else (kind,)))
     where = f"{kinds} in a tuple or list"
-    allowed = where if high == MANY else f"{low} to {high} of {where}"
+    allowed = where if high == UNBOUNDED_COUNT else f"{low} to {high} of {where}"
     if not isinstance(items, list | tuple):
         raise refusal(name, items, allowed)
     for i, item in enumerate(items):

@@ -15,16 +15,16 @@ import numpy as np
 
 from vibroimpact._core.types import Floats
 
-LARGEST = 2.0**20  # the range of sincos, numeric/math.hpp
-BITS = 1024 + 64  # of 2 pi: the largest double has not 2^1024 turns
+LARGEST_ANGLE = 2.0**20  # sincos of numeric/math.hpp takes angles in radians up to this one
+BITS_OF_TWO_PI = 1024 + 64  # 2 pi has so many bits: the largest double has not 2^1024 turns
 
 
 def phases_at(first: Floats | float, ratios: Floats) -> Floats:
     """Phases of lines when the first has this one, by the ratios of their frequencies to that of the first."""
     phases = np.asarray(first * ratios, dtype=float)
-    if np.abs(phases).max(initial=0.0) <= LARGEST:
+    if np.abs(phases).max(initial=0.0) <= LARGEST_ANGLE:
         return phases
-    large = (np.abs(phases) > LARGEST) & np.isfinite(phases)
+    large = (np.abs(phases) > LARGEST_ANGLE) & np.isfinite(phases)
     phases[large] = [_taken_back(x) for x in phases[large].tolist()]
     return phases
 
@@ -37,12 +37,12 @@ def _taken_back(phase: float) -> float:
 
 @cache
 def _turn() -> Fraction:
-    """2 pi to BITS: Machin's pi / 4 = 4 arctan(1/5) - arctan(1/239)."""
-    one = 1 << (BITS + 16)
+    """2 pi to BITS_OF_TWO_PI: Machin's pi / 4 = 4 arctan(1/5) - arctan(1/239)."""
+    one = 1 << (BITS_OF_TWO_PI + 16)
 
     def arctan_of_inverse(n: int) -> int:
         power = total = one // n
-        for k in range(3, BITS + 18, 2):
+        for k in range(3, BITS_OF_TWO_PI + 18, 2):
             power = -power // (n * n)
             total += power // k
         return total

@@ -68,5 +68,5 @@ class Stop(NamedTuple):
         return elements[self.contact].limit_at(self.side)
 
     def restitution(self, stops: Sequence[RigidStop]) -> float:
-        """Its coefficient of restitution."""
+        """Coefficient of restitution of the stop."""
         return stops[self.contact].restitutions[self.upper]

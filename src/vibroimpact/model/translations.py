@@ -17,7 +17,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.model.mechanism import Mechanism, as_array
 
-RANK = 2.0**-40
+RANK_RELATIVE = 2.0**-40
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ def translations_of(m: Mechanism) -> Translations:
     rows = [row * units for row in _rows(m)]
     seen = [*(stiffness * np.outer(units, units)), *(row / np.abs(row).max() for row in rows)]
     _, values, across = np.linalg.svd(np.array(seen))
-    scaled = _measured(across[int((values > RANK).sum()) :].T)
+    scaled = _measured(across[int((values > RANK_RELATIVE).sum()) :].T)
     lengths = units[list(scaled.references)]
     return Translations(scaled.directions * units[:, None] / lengths, scaled.references)
 
@@ -71,13 +71,13 @@ def _rows(m: Mechanism) -> list[Floats]:
 
 
 def _measured(basis: Floats) -> Translations:
-    """The same space with unit entries at references: the last coordinates that can be."""
+    """Return the space in a basis with unit entries at references: the last coordinates that can be."""
     columns = basis.copy()
     references: list[int] = []
     for i in reversed(range(len(basis))):
         k = len(references)
         free = columns[i, k:]
-        if not free.size or np.abs(free).max() <= RANK:
+        if not free.size or np.abs(free).max() <= RANK_RELATIVE:
             continue
         best = k + int(np.abs(free).argmax())
         columns[:, [k, best]] = columns[:, [best, k]]
@@ -86,5 +86,5 @@ def _measured(basis: Floats) -> Translations:
             if other != k:
                 columns[:, other] -= columns[i, other] * columns[:, k]
         references.append(i)
-    columns[np.abs(columns) <= RANK] = 0.0
+    columns[np.abs(columns) <= RANK_RELATIVE] = 0.0
     return Translations(columns, tuple(references))

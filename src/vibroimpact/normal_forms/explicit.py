@@ -33,13 +33,13 @@ Function = Callable[[Any, Any], Sequence[Any]]
 Values = float | Sequence[float]
 """Value of the parameter, or values of all parameters where there are several."""
 
-MOST = 10**6
+MOST_COUNT = 10**6
 """Largest number of dimensions and iterates."""
 
-MOST_STEPS = 50
+MOST_NEWTON_STEPS = 50
 """Newton steps (2): from a start in its basin it takes six or so."""
 
-LAST_STEP = 2.0**-26
+LAST_STEP_RELATIVE = 2.0**-26
 """Relative size of the last step: its square is rounding."""
 
 DERIVATIVE_AT = {1: 1, 2: 3, 3: 7}
@@ -168,7 +168,7 @@ class ExplicitMap:
 
     def __post_init__(self) -> None:
         for name in ("dimension", "iterate"):
-            check_count(name, getattr(self, name), 1, MOST)
+            check_count(name, getattr(self, name), 1, MOST_COUNT)
         if not callable(self.function):
             raise refusal("function", self.function, "a function of x and p")
         names = self.parameters
@@ -262,7 +262,7 @@ class ExplicitMap:
         x = np.array(vector("guess", guess, self.dimension))
         p = self._given(self._values(p).tolist())
         steps, converged = 0, False
-        while not converged and steps < MOST_STEPS:
+        while not converged and steps < MOST_NEWTON_STEPS:
             A, b = self.linearised(x, p)[0] - np.eye(self.dimension), self.residual(x, p)
             if not (np.all(np.isfinite(A)) and np.all(np.isfinite(b))):
                 return self._failed(FixedPointStatus.LEFT_DOMAIN, x, p, steps)
@@ -272,7 +272,10 @@ class ExplicitMap:
                 return self._failed(FixedPointStatus.SINGULAR, x, p, steps)
             x, steps = x + step, steps + 1
             converged = bool(
-                np.all(np.abs(step) <= LAST_STEP * (self.scale()[: self.dimension] + np.abs(x)))
+                np.all(
+                    np.abs(step)
+                    <= LAST_STEP_RELATIVE * (self.scale()[: self.dimension] + np.abs(x))
+                )
             )
         if not converged:
             return self._failed(FixedPointStatus.NOT_CONVERGED, x, p, steps)

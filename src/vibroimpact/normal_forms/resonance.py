@@ -19,13 +19,13 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
-HIGHEST = 12
-"""Resonances p/q up to this q are listed."""
+HIGHEST_DENOMINATOR = 12
+"""Resonances p/q up to this q are listed, and located along curves of Neimark-Sacker bifurcations."""
 
 STRONGEST = 4
 """Up to this q a resonance is strong: (2) to (5) divide by zero at it."""
 
-NEAR = 0.1
+STRONG_DISTANCE = 0.1
 """|nu^q - 1| below which a strong resonance is warned of.
 
 Each divisor (2) to (5) is |nu^q - 1|, so below 0.1 a term that the leading-order prediction leaves
@@ -69,7 +69,7 @@ class Resonance:
         return self.q <= STRONGEST
 
 
-def resonances(angle: float, highest: int = HIGHEST) -> tuple[Resonance, ...]:
+def resonances(angle: float, highest: int = HIGHEST_DENOMINATOR) -> tuple[Resonance, ...]:
     """List the nearest p/q for each q.
 
     Parameters
@@ -100,14 +100,14 @@ def resonances(angle: float, highest: int = HIGHEST) -> tuple[Resonance, ...]:
     return tuple(found)
 
 
-def nearest_resonance(angle: float, highest: int = HIGHEST) -> Resonance:
+def nearest_resonance(angle: float, highest: int = HIGHEST_DENOMINATOR) -> Resonance:
     """Return the fraction p/q with q <= highest nearest to arg(nu) / (2 pi)."""
     best = Fraction(angle / (2.0 * math.pi)).limit_denominator(highest)
     return next(r for r in resonances(angle, highest) if (r.p, r.q) == best.as_integer_ratio())
 
 
-def strong_resonances(angle: float, within: float = NEAR) -> tuple[Resonance, ...]:
-    """Return the strong resonances with |nu^q - 1| < within (default: see ``NEAR``)."""
+def strong_resonances(angle: float, within: float = STRONG_DISTANCE) -> tuple[Resonance, ...]:
+    """Return the strong resonances with |nu^q - 1| < within (default: see ``STRONG_DISTANCE``)."""
     return tuple(r for r in resonances(angle, STRONGEST) if r.distance < within)
 
 

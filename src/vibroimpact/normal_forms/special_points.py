@@ -124,7 +124,7 @@ class CodimensionTwo:
         raise AttributeError(f"{letter!r}: a normal form of this kind has no such coefficient.")
 
     def born(self, meaning: str, *switchable: NewCurve, why_not: str = "", **numbers: Any) -> Self:
-        """With what is born at the point, and with further numbers."""
+        """Copy that says what is born at the point, and has further numbers."""
         numbers = {**self.numbers, **numbers}
         return replace(
             self, numbers=numbers, meaning=meaning, switchable=switchable, why_not=why_not

@@ -15,8 +15,8 @@ Method      Every flight is expanded, window by window, in Chebyshev polynomials
             the rate itself must have its sign.                                                (3)
             The clearance is the least gap at those places: zero at grazing.
 Accuracy    gaps to about 1e-13 of the amplitude: the largest of |row| . |y| along the orbit and of
-            the guard's limits. Crossings of less than PLAY of it are contacts; with the
-            acceleration a of the gap, a rate of the wrong sign below sqrt(2 a PLAY amplitude) is
+            the guard's limits. Crossings of less than PLAY_OF_AMPLITUDE of it are contacts; with the
+            acceleration a of the gap, a rate of the wrong sign below sqrt(2 a PLAY_OF_AMPLITUDE amplitude) is
             one of them
 Reference   theory.md, "Periodic orbits"; Boyd, Solving Transcendental Equations (2014)
 """
@@ -32,15 +32,24 @@ from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
-from vibroimpact.compile.prescribed import GAP, NODES, End, GuardRow, Linearised, Prescribed
+from vibroimpact.compile.prescribed import (
+    GAP_WATCH,
+    WINDOW_NODES,
+    End,
+    GuardRow,
+    Linearised,
+    Prescribed,
+)
 from vibroimpact.model.stop import Stop
 
 # Relative to the largest u' in a window. It moves an extremum of the gap by as much, and its value
 # by the square of that; where two extrema are about to merge by the power 3/2, 3e-14.
-FLAT = 1e-9
-PLAY = 1e-11  # of the amplitude, of the period: rounding of a flight and of Newton's method
-EDGE = 1e-3  # of a flight
-ON_LIMIT = 1e-9  # of the amplitude: a guard of the element that has just changed is at its limit
+FLAT_OF_LARGEST_RATE = 1e-9
+# A flight and Newton's method are rounded by so much, relative to the amplitude and to the period.
+PLAY_OF_AMPLITUDE = 1e-11
+EDGE_OF_FLIGHT = 1e-3  # an end of a flight is nearer, relative to its duration
+# The guard of the element that has just changed is at its limit within this.
+LIMIT_OF_AMPLITUDE = 1e-9
 
 
 class Place(NamedTuple):
@@ -53,7 +62,7 @@ class Place(NamedTuple):
     side: int
     segment: int
     own: bool = False
-    watch: int = GAP
+    watch: int = GAP_WATCH
 
 
 class Nearest(NamedTuple):
@@ -65,7 +74,7 @@ class Nearest(NamedTuple):
     segment: int
     time: float  # since the segment's start
     own: bool = False  # of an impact that is reached or left from behind
-    watch: int = GAP
+    watch: int = GAP_WATCH
 
     @property
     def place(self) -> Place:
@@ -79,7 +88,7 @@ class Nearest(NamedTuple):
             f"the margin to the {limit} limit of guard {self.watch}, of element {self.contact},"
         )
         return (
-            f"{gap if self.watch == GAP else margin} is {self.gap:.6g} in flight "
+            f"{gap if self.watch == GAP_WATCH else margin} is {self.gap:.6g} in flight "
             f"{self.segment}, {self.time:.6g} after its start"
         )
 
@@ -88,11 +97,11 @@ class _Flights(NamedTuple):
     """Flights over all segments."""
 
     windows: Windows
-    values: Floats  # (w, NODES, D) coordinates y
+    values: Floats  # (w, WINDOW_NODES, D) coordinates y
     impacts: Integers  # (m, 2, 2) contact and side of the impacts at the start and the end
 
     def within(self, segments: Integers) -> _Flights:
-        """Those of some segments only, which keep their numbers."""
+        """Return the flights of some segments, which keep their numbers."""
         kept = np.isin(self.windows.segment, segments)
         return self._replace(windows=self.windows.only(kept), values=self.values[kept])
 
@@ -147,7 +156,7 @@ def _windows(
 ) -> _Flights:
     named = [End(*end) for end in ends]
     windows, values = compiled.flights(states, durations, [end.mode for end in named])
-    since = windows.start[:, None] + (1.0 + nodes(NODES)) * (windows.length / 2.0)
+    since = windows.start[:, None] + (1.0 + nodes(WINDOW_NODES)) * (windows.length / 2.0)
     phase = states[windows.segment, -1][:, None] + compiled.omega * since
     return _Flights(
         windows=windows,
@@ -163,15 +172,15 @@ def _gaps(
     mode, i = compiled.modes[code], guard.contact
     place = fitted((flights.values @ guard.row).T + guard.gain)
     rate = fitted((flights.values @ (guard.row @ mode.b)).T + guard.row @ mode.constant)
-    at, x = real_zeros_of(rate, FLAT)
+    at, x = real_zeros_of(rate, FLAT_OF_LARGEST_RATE)
     w = flights.windows
     times = w.since(at, x)
     whole = w.durations[w.segment[at]]
-    margin = PLAY * whole
+    margin = PLAY_OF_AMPLITUDE * whole
     inside = (times > margin) & (times < whole - margin)
     inside &= ~_leaving(flights, guard, place, at, times)
     at, times = at[inside], times[inside]
-    rigid = guard.watch == GAP
+    rigid = guard.watch == GAP_WATCH
     own = np.zeros(len(at), dtype=bool)
     if rigid:
         own = _own(flights, rate, i, w.segment[at], times, segments)
@@ -210,16 +219,16 @@ def _leaving(
 
     Slip begins at speed and acceleration zero, where both levels of friction are equal.
     """
-    if guard.watch == GAP:
+    if guard.watch == GAP_WATCH:
         return np.zeros(len(at), dtype=bool)
     w = flights.windows
     k = w.segment[at]
     whole = w.durations[k]
-    near = [times < EDGE * whole, times > (1.0 - EDGE) * whole]
+    near = [times < EDGE_OF_FLIGHT * whole, times > (1.0 - EDGE_OF_FLIGHT) * whole]
     own = [near[edge] & (flights.impacts[k, edge, 0] == guard.contact) for edge in (0, 1)]
     u = values_at(place, at, w.place(at, times))
     beyond = np.minimum(np.abs(guard.lower - u), np.abs(u - guard.upper))
-    leaving: Flags = (own[0] | own[1]) & (beyond <= ON_LIMIT * _size(flights, guard))
+    leaving: Flags = (own[0] | own[1]) & (beyond <= LIMIT_OF_AMPLITUDE * _size(flights, guard))
     return leaving
 
 
@@ -236,10 +245,10 @@ def _others(
     Where an element changes its state its guards may be at their limits; beyond them they count, too.
     """
     other = flights.impacts[segments, edge, 0] != guard.contact
-    if guard.watch != GAP:
+    if guard.watch != GAP_WATCH:
         u = _at_edge(flights, place, segments, edge)
         beyond = np.maximum(guard.lower - u, u - guard.upper)
-        other |= beyond > ON_LIMIT * _size(flights, guard)
+        other |= beyond > LIMIT_OF_AMPLITUDE * _size(flights, guard)
     found: Integers = segments[other]
     return found
 
@@ -264,7 +273,7 @@ def why_inadmissible(
     ``sizes`` are the :func:`amplitudes`; ``slack`` is allowed beyond rounding, relative to the
     period and to them, for a touch that is known approximately.
     """
-    play = max(PLAY, slack)
+    play = max(PLAY_OF_AMPLITUDE, slack)
     shortest = play * float(np.abs(durations).sum())
     for k, duration in enumerate(durations):
         if duration < -shortest:
@@ -274,12 +283,14 @@ def why_inadmissible(
     }
     behind = {(place.contact, place.side, place.segment, place.watch) for place in crossed}
     period, named = float(np.abs(durations).sum()), [End(*end) for end in ends]
-    rigid = [k for k, end in enumerate(named) if end.watch == GAP]
+    rigid = [k for k, end in enumerate(named) if end.watch == GAP_WATCH]
     closing = float(np.abs(parts.rate[rigid]).max(initial=0.0))
     for k, (contact, side, _, watch) in enumerate(named):
-        fastest = closing if watch == GAP else sizes[contact, watch] / period
+        fastest = closing if watch == GAP_WATCH else sizes[contact, watch] / period
         at_once = durations[k] <= shortest and side * parts.rate[k] < -play * fastest
         if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k, watch) in behind):
-            stop = Stop(contact, side).words if watch == GAP else f"a limit of element {contact}"
+            stop = (
+                Stop(contact, side).words if watch == GAP_WATCH else f"a limit of element {contact}"
+            )
             return f"impact {k} reaches {stop} from behind, at {abs(parts.rate[k]):.6g}"
     return str(min(gaps[place] for place in crossed)) if crossed else ""

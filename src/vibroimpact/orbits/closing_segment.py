@@ -1,8 +1,8 @@
 """Closing loop of a motion: the impacts that repeat at its end, and their forcing cycles.
 
-Method      Over the last impacts, the shortest part that ends where it began: within CLOSED of
-            the motion's spread, of up to LONGEST impacts; else the nearest within NEARLY_CLOSED, of
-            up to LONGEST_NEARLY. Where the sequence is given, its last occurrence in the motion,
+Method      Over the last impacts, the shortest part that ends where it began: within GAP_OF_SETTLED of
+            the motion's spread, of up to MOST_SETTLED_IMPACTS impacts; else the nearest within GAP_OF_GUESS, of
+            up to MOST_GUESSED_IMPACTS. Where the sequence is given, its last occurrence in the motion,
             closed or not. With elements the changes of their states between the impacts belong to
             the loop; a motion without impacts, or after its last one, has loops of these changes.
 Fails       a sentence: no such part; the motion drifts; in its last period a contact rests, several
@@ -18,7 +18,7 @@ import numpy as np
 
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.compile.prescribed import GAP, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import GAP_WATCH, Prescribed, compile_prescribed
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -26,11 +26,14 @@ from vibroimpact.model.translations import translations_of
 from vibroimpact.orbits.problem import Flight
 from vibroimpact.simulation.simulate import COUNTED, ENDS_QUIETLY, Run, Status
 
-NEARLY_CLOSED = 0.25  # of the spread of a motion: a loop that Newton's method may close
-CLOSED = 1e-5  # the same for a settled periodic motion
-LONGEST, LONGEST_NEARLY = 512, 60  # impacts of a loop, at most
-ROUNDED = 1e-9  # of the size of a motion: a coordinate that moves less stands still
-TOUCHING = 1e-6  # of its terms: a guard this near to its limit is at it
+# A loop with a smaller gap, relative to the spread of the motion, Newton's method may close.
+GAP_OF_GUESS = 0.25
+GAP_OF_SETTLED = 1e-5  # a loop with a smaller gap is that of a settled periodic motion
+MOST_SETTLED_IMPACTS = 512  # a settled loop has so many impacts at most
+MOST_GUESSED_IMPACTS = 60  # a loop that is nearly closed has so many at most
+# A coordinate that moves less, relative to the size of the motion, stands still.
+STILL_OF_MOTION = 1e-9
+TOUCHING_OF_TERMS = 1e-6  # a guard that is so near to its limit, relative to its terms, is at it
 EVENTS = (Status.IMPACT, Status.ENGAGE, Status.CHANGE)  # which end a flight
 REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
 TOGETHER = "several contacts impact at once in every period: such orbits have no signature"
@@ -42,7 +45,7 @@ OPEN = "the law leaves the state of an element open in every period: such orbits
 class ClosingLoop(NamedTuple):
     """Events of a loop, forcing cycles, states after them (m, 2n + 1), flight times (m,), flights.
 
-    ``settled`` says whether it closes within CLOSED; a given sequence is not judged.
+    ``settled`` says whether it closes within GAP_OF_SETTLED; a given sequence is not judged.
     """
 
     impacts: tuple[Stop, ...]
@@ -127,7 +130,7 @@ def closing_loop(
         found = _last_time(stops, sequence)
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
-        since = times[-LONGEST_NEARLY - 1] if len(times) > LONGEST_NEARLY else 0.0
+        since = times[-MOST_GUESSED_IMPACTS - 1] if len(times) > MOST_GUESSED_IMPACTS else 0.0
         why = "" if run.end in ENDS_QUIETLY else _without_signature(run, since, math.inf)
         return why or f"the run has no loop {wanted}: {run.end.sentence}"
     first, last, settled = found
@@ -198,7 +201,7 @@ def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
             found.append(Flight(code))
         else:
             watch = _watch_at(run, compiled, code, stop, int(events.first[k]))
-            found.append(None if watch == GAP else Flight(code, watch))
+            found.append(None if watch == GAP_WATCH else Flight(code, watch))
     return found
 
 
@@ -215,11 +218,11 @@ def always_stuck(m: Mechanism, codes: set[int]) -> str:
 
 
 def _watch_at(run: Run, compiled: Prescribed, code: int, stop: Stop, at: int) -> int:
-    """Watch of an element whose limit on a side is nearest at an event; GAP where none is near."""
+    """Watch of an element whose limit on a side is nearest at an event; GAP_WATCH where none is near."""
     both = np.concatenate([run.position[at], run.velocity_before[at]])
     theta = run.start.phase + compiled.omega * run.time[at]
     y = compiled.embedded(both, theta)
-    found = [(TOUCHING, GAP)]
+    found = [(TOUCHING_OF_TERMS, GAP_WATCH)]
     for guard in compiled.modes[code].guards:
         limit = guard.upper if stop.side > 0 else guard.lower
         if guard.contact == stop.contact and not math.isinf(limit):
@@ -238,7 +241,7 @@ def _without_signature(run: Run, since: float, until: float) -> str:
     return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
 
 
-# first and last impact of a loop, and whether it closes within CLOSED
+# first and last impact of a loop, and whether it closes within GAP_OF_SETTLED
 Found = tuple[int, int, bool]
 
 
@@ -259,7 +262,9 @@ def _drift(run: Run, events: Events, cycles: int | None) -> str:
     # the way that its speeds cover: all its events may be at one place
     way = span * float(np.abs(loop[:, m.degrees : 2 * m.degrees]).max())
     return _drift_words(
-        loop[-1, : m.degrees] - loop[0, : m.degrees], CLOSED * way, cycles_of(run.system, span)
+        loop[-1, : m.degrees] - loop[0, : m.degrees],
+        GAP_OF_SETTLED * way,
+        cycles_of(run.system, span),
     )
 
 
@@ -284,7 +289,7 @@ def _settled_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
 
 
 def _nearest_loop(
-    run: Run, states: Floats, events: Events, cycles: int | None, nearly: float = NEARLY_CLOSED
+    run: Run, states: Floats, events: Events, cycles: int | None, nearly: float = GAP_OF_GUESS
 ) -> Found | None:
     """The shortest good loop at the end of a run, by the states after its counted events."""
     times = events.times[events.counted]
@@ -293,9 +298,9 @@ def _nearest_loop(
     if last < 1:
         return None
     rate = omega or 1.0 / float(times[-1] - times[0])
-    spread = np.ptp(states[:, :-1], axis=0) + ROUNDED * _sizes(states[:, :-1], rate)
+    spread = np.ptp(states[:, :-1], axis=0) + STILL_OF_MOTION * _sizes(states[:, :-1], rate)
     best: tuple[float, int] | None = None
-    for first in range(last - 1, max(-1, last - LONGEST - 1), -1):
+    for first in range(last - 1, max(-1, last - MOST_SETTLED_IMPACTS - 1), -1):
         if stops[first] != stops[last]:
             continue
         away = np.abs((states[last] - states[first])[:-1])
@@ -303,9 +308,9 @@ def _nearest_loop(
         span = float(times[last] - times[first])
         whole = cycles_of(run.system, span) if cycles is None else cycles
         distance = max(distance, abs(span * omega / (2.0 * math.pi) - whole)) if omega else distance
-        if distance < CLOSED:
+        if distance < GAP_OF_SETTLED:
             return first, last, True  # longer loops repeat this one
-        near = distance < nearly and last - first <= LONGEST_NEARLY
+        near = distance < nearly and last - first <= MOST_GUESSED_IMPACTS
         if near and (best is None or distance < best[0]):
             best = distance, first
     return (best[1], last, False) if best else None

@@ -25,7 +25,7 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import closing_loop, cycles_of
-from vibroimpact.orbits.newton import FOUND, HALVINGS, ITERATIONS, newton, scale_of
+from vibroimpact.orbits.newton import FOUND, NEWTON_HALVINGS, NEWTON_ITERATIONS, newton, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
     Flight,
@@ -38,8 +38,9 @@ from vibroimpact.orbits.problem import (
 )
 from vibroimpact.simulation.simulate import Run, simulate
 
-SAME = 1e-6  # relative distance of states of one orbit that is found twice, even next to a fold
-SETTLING = 2000  # impacts simulated from a state
+# An orbit that is found twice, even next to a fold, has states that agree so well.
+SAME_ORBIT_RELATIVE = 1e-6
+SETTLING_IMPACTS = 2000  # so many impacts are simulated from a state
 
 
 class Guess(NamedTuple):
@@ -254,8 +255,8 @@ def solve(
     signature: Signature,
     guess: Guess,
     *,
-    iterations: int = ITERATIONS,
-    halvings: int = HALVINGS,
+    iterations: int = NEWTON_ITERATIONS,
+    halvings: int = NEWTON_HALVINGS,
 ) -> Orbit:
     """Solve by Newton's method, from a guess with all impacts of the signature or its solved ones."""
     problem = OrbitProblem(system, signature, "")
@@ -280,7 +281,7 @@ def solve(
 def primitive(orbit: Orbit) -> Orbit:
     """Reduce an orbit to its shortest period, and to its half if it is its own mirror image.
 
-    States that agree within SAME of their size count as equal.
+    States that agree within SAME_ORBIT_RELATIVE of their size count as equal.
     """
     if not orbit.converged:
         return orbit
@@ -291,7 +292,7 @@ def primitive(orbit: Orbit) -> Orbit:
         part, shorter = count // turns[0], signature.part(turns[0])
         orbit = solve(orbit.system, shorter, Guess(guess.states[:part], guess.durations[:part]))
         signature, guess = shorter, unfolded(orbit)
-    if orbit.symmetric or mirror_distance(orbit.system, signature, guess) > SAME:
+    if orbit.symmetric or mirror_distance(orbit.system, signature, guess) > SAME_ORBIT_RELATIVE:
         return orbit
     found = solve(orbit.system, replace(signature, symmetric=True), guess)
     return found if found.converged else orbit
@@ -308,7 +309,7 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
     drift = np.append(np.zeros(states.shape[1] - 1), 2.0 * math.pi * cycles / k)
     change = np.abs(states[part:] - states[:-part] - drift)[:, kept]
     sizes = scale_of(orbit.problem, orbit.problem.packed(orbit.states, orbit.durations))
-    return bool(np.all(change <= SAME * sizes[: len(kept)]))
+    return bool(np.all(change <= SAME_ORBIT_RELATIVE * sizes[: len(kept)]))
 
 
 # ---- signatures of motions -----------------------------------------------------------------------
@@ -317,7 +318,7 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
 def _run_from(system: System, state: State, sequence: tuple[Stop, ...] | None) -> Run:
     if sequence is not None:
         return simulate(system, state, impacts=2 * len(sequence) + 1)
-    return simulate(system, state, impacts=SETTLING)
+    return simulate(system, state, impacts=SETTLING_IMPACTS)
 
 
 def _from_run(

@@ -26,12 +26,12 @@ from vibroimpact._core.checks import check_index, check_kind, numbers, refusal, 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.compile.prescribed import COASTING, End, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import COASTING_STOP, End, Prescribed, compile_prescribed
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged, later, unfolded
 from vibroimpact.orbits.orbit import Orbit
 
-HIGHEST = 3  # order of the forms
+HIGHEST_ORDER = 3  # the forms have derivatives up to this order
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +51,8 @@ class SegmentMap:
     compiled: Prescribed = field(repr=False)
     states: Floats = field(repr=False)
     durations: Floats = field(repr=False)
-    ends: tuple[int, ...] = field(repr=False)  # stop numbers, COASTING last for a whole time
-    start: tuple[int, int]  # stop number and the coordinate solved for, (COASTING, 0) inside
+    ends: tuple[int, ...] = field(repr=False)  # stop numbers, COASTING_STOP last for a whole time
+    start: tuple[int, int]  # stop number and the coordinate solved for, (COASTING_STOP, 0) inside
     kept_in: tuple[int, ...]
     kept_out: tuple[int, ...]
     signs: Floats = field(repr=False)  # of the coordinates at the end
@@ -92,8 +92,10 @@ class SegmentMap:
         matrix exponential. For the damper some 20 microseconds.
         """
         seeds = np.array([self._seed(numbers("direction", u)) for u in directions])
-        if not 1 <= len(seeds) <= HIGHEST:
-            raise InvalidParameterError(f"directions: {len(seeds)} given; need 1 to {HIGHEST}.")
+        if not 1 <= len(seeds) <= HIGHEST_ORDER:
+            raise InvalidParameterError(
+                f"directions: {len(seeds)} given; need 1 to {HIGHEST_ORDER}."
+            )
         all_orders = self.compiled.kernel.forms(
             self.states, self.durations, list(self.ends), *self.start, self.period, self.last, seeds
         )
@@ -190,7 +192,7 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     passed = after * durations[0]
     flown = replace(orbit.signature, symmetric=False).ends
     start = compiled.after(states[0], passed, flown[0].mode)
-    ends = [*compiled.stop_numbers(flown), COASTING]
+    ends = [*compiled.stop_numbers(flown), COASTING_STOP]
     kept = tuple(i for i in orbit.problem.kept if i < 2 * compiled.degrees)
     turns = 2.0 * math.pi * orbit.signature.cycles
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
@@ -198,7 +200,7 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
     return SegmentMap(
         compiled, np.vstack([start, states[1:], later(states[:1], turns)]),
         np.concatenate([[durations[0] - passed], durations[1:], [passed]]), tuple(ends),
-        (COASTING, 0), kept, kept, np.ones(len(kept)), np.array([c[0], c[1], c[3], c[7]]),
+        (COASTING_STOP, 0), kept, kept, np.ones(len(kept)), np.array([c[0], c[1], c[3], c[7]]),
         compiled.mode_number(flown[0].mode),
     )  # fmt: skip
 

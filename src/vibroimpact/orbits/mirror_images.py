@@ -2,8 +2,8 @@
 
 Method      Without elements the image has the opposite stops, and is solved for from the mirrored states
             (find.py). With elements its flights are read off the motion from a mirrored state, over
-            PERIODS; whether the elements have the symmetry is not checked: the orbit found must have
-            the mirrored state, within SAME.
+            MIRRORED_PERIODS; whether the elements have the symmetry is not checked: the orbit found must have
+            the mirrored state, within SAME_ORBIT_RELATIVE.
 Fails       None, where the image is no orbit, or the motion leaves it within a period
 """
 
@@ -16,12 +16,13 @@ import numpy as np
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import closing_loop
-from vibroimpact.orbits.find import SAME, Guess, mirrored, solve
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, mirrored, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import Signature, asymmetry_without_elements
 from vibroimpact.simulation.simulate import simulate
 
-PERIODS = 2.5  # of a motion from a mirrored state: its first whole loop and what closes it
+# A motion from a mirrored state takes so many: its first whole loop and what closes it.
+MIRRORED_PERIODS = 2.5
 
 
 def mirror_turn(system: System, cycles: int) -> float | None:
@@ -45,8 +46,8 @@ def _image_by_motion(orbit: Orbit, turn: float) -> Orbit | None:
         return None  # no motion follows it
     (x_v_theta,), n = mirrored(orbit.states[:1], turn), orbit.mechanism.degrees
     start = State(tuple(x_v_theta[:n]), tuple(x_v_theta[n:-1]), float(x_v_theta[-1]))
-    many = math.ceil(PERIODS) * (len(orbit.durations) + 1)
-    run = simulate(orbit.system, start, impacts=many, t_max=PERIODS * orbit.period)
+    many = math.ceil(MIRRORED_PERIODS) * (len(orbit.durations) + 1)
+    run = simulate(orbit.system, start, impacts=many, t_max=MIRRORED_PERIODS * orbit.period)
     loop = closing_loop(run, None, orbit.signature.cycles)
     if isinstance(loop, str):
         return None
@@ -56,4 +57,4 @@ def _image_by_motion(orbit: Orbit, turn: float) -> Orbit | None:
         return None
     sizes = np.abs(orbit.states[:, :-1]).max(axis=0)
     apart = np.abs(found.states[:, :-1] - x_v_theta[:-1]).max(axis=1)
-    return found if apart.min() <= SAME * sizes.max() else None
+    return found if apart.min() <= SAME_ORBIT_RELATIVE * sizes.max() else None

@@ -1,17 +1,17 @@
 """Newton's method on the equations of a periodic orbit, in unknowns and equations of size one.
 
 Method      Steps of the Levenberg-Marquardt method on (1)-(3) of problem.py, F(z) = 0:
-                minimise |F' s + F|^2 + nu^2 |s|^2 over s,   nu = max(DAMPING |F|, LEAST),      (1)
+                minimise |F' s + F|^2 + nu^2 |s|^2 over s,   nu = max(DAMPING_OF_RESIDUAL |F|, LEAST_DAMPING),      (1)
             unknowns divided by their sizes and equations by those of their terms, so that units do
             not matter; s is halved until the largest equation falls and every flight time stays
             positive. Near an isolated orbit (1) is Newton's step. Where orbits come in a family F'
             is singular along it: (1) does not move along the family, and leads to the member next
             to the guess. Both converge quadratically [yamashita2001].
             A family is distinguished from a fold or a branch point, where F' is singular too, by a
-            second orbit found at a distance FAMILY_STEP along each null vector of F'.         (2)
-Accuracy    converged: the last step and the largest equation are below CONVERGED; the step is still
+            second orbit found at a distance FAMILY_STEP_IN_SIZES along each null vector of F'.         (2)
+Accuracy    converged: the last step and the largest equation are below CONVERGED_RELATIVE; the step is still
             taken, which leaves rounding. Next to a fold F' multiplies rounding: also converged are
-            equations within ROUNDED, steps below STALLED that no longer halve
+            equations within ROUNDING_OF_TERMS, steps below STALLED_OF_UNKNOWNS that no longer halve
 Fails       a sentence: the equations would not fall, too many steps, rest
 Reference   [yamashita2001]
 """
@@ -28,16 +28,22 @@ from vibroimpact.compile.prescribed import End, Prescribed, compile_prescribed
 from vibroimpact.model.mechanism import stop_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
-CONVERGED = 1e-10  # relative
-ROUNDED = 1e-12  # of the terms: rounding of long flights
-STALLED = 1e-6  # of the unknowns: a double root has half of the digits
-DAMPING, LEAST = 0.1, 1e-8  # (1); roots of rounding: singular values below them are noise or weak
-FAR = 1e-4  # of a position: least size of its changes, of which ROUNDED is its rounding
-STILL = 1e-9  # of a position: a smaller motion counts as rest
-SHRUNK = 1e-6  # of the guess: a result so short or slow is not an orbit near it
-FAMILY_STEP, SINGULAR = 1e-2, 1e-6  # (2): in sizes of the unknowns; of the largest singular value
-ITERATIONS = 40
-HALVINGS = 12
+CONVERGED_RELATIVE = 1e-10  # residuals are so small, relative to their terms
+ROUNDING_OF_TERMS = 1e-12  # long flights are rounded by so much, relative to their terms
+# A step that no longer shrinks is so small: a double root has half of the digits.
+STALLED_OF_UNKNOWNS = 1e-6
+DAMPING_OF_RESIDUAL = 0.1  # nu of (1) has this ratio to |F|
+LEAST_DAMPING = 1e-8  # nu is so large at least: smaller singular values are noise or weak
+# A coordinate has changes of this size at least, of which ROUNDING_OF_TERMS is the rounding.
+LEAST_SIZE_OF_POSITION = 1e-4
+REST_OF_POSITION = 1e-9  # a motion that is smaller, relative to the position, counts as rest
+# A result that is so short or slow, relative to the guess, is not an orbit near it.
+SHRUNK_OF_GUESS = 1e-6
+FAMILY_STEP_IN_SIZES = 1e-2  # a family (2) is followed by this step, in sizes of the unknowns
+# Smaller singular values, relative to the largest, are those of a family.
+SINGULAR_OF_LARGEST = 1e-6
+NEWTON_ITERATIONS = 40  # Newton's method takes so many iterations at most
+NEWTON_HALVINGS = 12  # a Newton step is halved so often at most
 FOUND = "converged"
 REST = "the guess leads to rest, not to an orbit"
 
@@ -45,13 +51,13 @@ REST = "the guess leads to rest, not to an orbit"
 def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
     """Size of each unknown's changes along the motion: of positions, velocities, phase, time.
 
-    The least size is FAR times the position: far from the origin its rounding is larger.
+    The least size is LEAST_SIZE_OF_POSITION times the position: far from the origin its rounding is larger.
     """
     compiled, (states, durations) = _compiled(problem), problem.unpacked(z)
     n, time = compiled.degrees, durations.max()
     moved = compiled.sampled(states, durations, problem.modes)
     place, speed = moved[:, compiled.heavy], _fastest(compiled, moved)
-    far = FAR * max([np.abs(place).max(), *stop_sizes(problem.mechanism)])
+    far = LEAST_SIZE_OF_POSITION * max([np.abs(place).max(), *stop_sizes(problem.mechanism)])
     length = max(np.ptp(place, axis=0).max(), speed * time, far) or 1.0
     sizes = np.ones(compiled.size)
     sizes[:n], sizes[n : 2 * n] = length, speed or length / time
@@ -69,11 +75,11 @@ def _fastest(compiled: Prescribed, moved: Floats) -> float:
 def _sizes_of_massless(compiled: Prescribed, moved: Floats, time: float) -> Floats:
     """Sizes of the changes of massless coordinates, which have units of their own.
 
-    The least size is FAR times the position, and times what the terms of its velocity add up to.
+    The least size is LEAST_SIZE_OF_POSITION times the position, and times what the terms of its velocity add up to.
     """
     place, most = moved[:, compiled.massless], compiled.largest(moved)
     terms = np.max([np.abs(mode.speeds) @ most for mode in compiled.modes.values()], axis=0)
-    least = FAR * np.maximum(np.abs(place).max(axis=0), terms * time)
+    least = LEAST_SIZE_OF_POSITION * np.maximum(np.abs(place).max(axis=0), terms * time)
     return np.asarray(np.maximum(np.ptp(place, axis=0), least))
 
 
@@ -105,13 +111,16 @@ def guard_sizes(problem: OrbitProblem, sizes: Floats, ends: Sequence[End] | None
 
 
 def newton(
-    problem: OrbitProblem, z: Floats, iterations: int = ITERATIONS, halvings: int = HALVINGS
+    problem: OrbitProblem,
+    z: Floats,
+    iterations: int = NEWTON_ITERATIONS,
+    halvings: int = NEWTON_HALVINGS,
 ) -> tuple[Floats, float, str]:
     """Iterate from a guess; return (unknowns, relative residual, status)."""
     sizes = scale_of(problem, z)
     rows = rows_of(problem, sizes)
     times = slice(problem.size, None, problem.size + 1)
-    error, previous, shortest = math.inf, math.inf, SHRUNK * float(z[times].sum())
+    error, previous, shortest = math.inf, math.inf, SHRUNK_OF_GUESS * float(z[times].sum())
     for _ in range(iterations):
         residual, matrix = _scaled(problem, z, sizes, rows)
         error = float(np.abs(residual).max())
@@ -119,8 +128,8 @@ def newton(
             return z, math.inf, "no convergence: the flights from the guess overflow"
         step = _step(matrix, residual)
         size = float(np.abs(step).max())
-        last = error <= CONVERGED and size <= CONVERGED
-        if last or (error <= ROUNDED and previous / 2.0 < size <= STALLED):
+        last = error <= CONVERGED_RELATIVE and size <= CONVERGED_RELATIVE
+        if last or (error <= ROUNDING_OF_TERMS and previous / 2.0 < size <= STALLED_OF_UNKNOWNS):
             z = z + step * sizes if last else z
             return z, error, REST if _rests(problem, z, sizes) else FOUND
         z, shorter = _damped(problem, z, step * sizes, rows, error, halvings)
@@ -142,7 +151,7 @@ def _scaled(problem: OrbitProblem, z: Floats, sizes: Floats, rows: Floats) -> tu
 def _step(matrix: Floats, residual: Floats) -> Floats:
     """Step (1), by a QR decomposition of F' over nu I."""
     size = len(residual)
-    nu = max(DAMPING * float(np.abs(residual).max()), LEAST)
+    nu = max(DAMPING_OF_RESIDUAL * float(np.abs(residual).max()), LEAST_DAMPING)
     q, r = np.linalg.qr(np.vstack([matrix, nu * np.eye(size)]))
     return np.asarray(np.linalg.solve(r, -q[:size].T @ residual), dtype=float)
 
@@ -154,7 +163,9 @@ def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
     compiled, (states, durations) = _compiled(problem), problem.unpacked(z)
     n, moved = compiled.degrees, compiled.sampled(states, durations, problem.modes)
     speed, place = _fastest(compiled, moved), np.abs(moved[:, compiled.heavy]).max()
-    return bool(speed <= SHRUNK * sizes[n] or speed * durations.max() <= STILL * place)
+    return bool(
+        speed <= SHRUNK_OF_GUESS * sizes[n] or speed * durations.max() <= REST_OF_POSITION * place
+    )
 
 
 def _damped(
@@ -166,7 +177,7 @@ def _damped(
         there = z + step
         if np.all(there[times] > 0.0):
             residual = float(np.abs(problem.residual(there, 0.0) / rows).max())
-            if residual < error or residual <= CONVERGED:
+            if residual < error or residual <= CONVERGED_RELATIVE:
                 return there, True
         step = step / 2.0
     return z, False
@@ -177,9 +188,11 @@ def family_dimension(problem: OrbitProblem, z: Floats) -> int:
     sizes = scale_of(problem, z)
     matrix = _scaled(problem, z, sizes, rows_of(problem, sizes))[1]
     _, values, directions = np.linalg.svd(matrix)
-    null = directions[values <= SINGULAR * values[0]]
+    null = directions[values <= SINGULAR_OF_LARGEST * values[0]]
     moved = []
     for direction in null:
-        there, _, status = newton(problem, z + FAMILY_STEP * direction * sizes)
+        there, _, status = newton(problem, z + FAMILY_STEP_IN_SIZES * direction * sizes)
         moved.append(null @ ((there - z) / sizes) * (status == FOUND))
-    return int(np.linalg.matrix_rank(np.array(moved), tol=FAMILY_STEP / 2.0)) if moved else 0
+    return (
+        int(np.linalg.matrix_rank(np.array(moved), tol=FAMILY_STEP_IN_SIZES / 2.0)) if moved else 0
+    )

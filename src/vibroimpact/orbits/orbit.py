@@ -14,7 +14,7 @@ import numpy as np
 from vibroimpact._core.checks import nonnegative
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
-from vibroimpact.compile.prescribed import GAP, Linearised
+from vibroimpact.compile.prescribed import GAP_WATCH, Linearised
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import State
@@ -36,10 +36,12 @@ from vibroimpact.results.result import Result, along, complex_columns
 if TYPE_CHECKING:
     import xarray as xr
 
-NEUTRAL = 1e-9  # a multiplier this near to the unit circle is neither inside nor outside
-SPLIT = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
-NO_RATE = 1e-7  # of the size of its changes in a flight time: a guard that is only touched
-LEFT = 1e-8  # relative: with larger residuals Newton's method has not converged
+# A multiplier that is so near to the unit circle is neither inside nor outside.
+NEUTRAL_DISTANCE = 1e-9
+SPLIT_DISTANCE = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
+# A guard whose rate is smaller, relative to its changes in a flight time, is only touched.
+TOUCHING_RATE_OF_CHANGE = 1e-7
+LARGEST_RESIDUAL = 1e-8  # with larger relative residuals Newton's method has not converged
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +80,7 @@ class Orbit(Result):
     parameter: str = field(default="", repr=False)
 
     def __post_init__(self) -> None:
-        if self.status == FOUND and not self.residual <= LEFT:
+        if self.status == FOUND and not self.residual <= LARGEST_RESIDUAL:
             status = f"no convergence: relative residual {self.residual:.1e}"
             object.__setattr__(self, "status", status)
         if self.mechanism.massless:
@@ -164,12 +166,18 @@ class Orbit(Result):
     @cached_property
     def rateless(self) -> list[int]:
         """Numbers of the solved segments at whose end an element's guard is only touched."""
-        return [k for k, speed in enumerate(self._speeds_of_changes) if abs(speed) <= NO_RATE]
+        return [
+            k
+            for k, speed in enumerate(self._speeds_of_changes)
+            if abs(speed) <= TOUCHING_RATE_OF_CHANGE
+        ]
 
     @property
     def from_behind(self) -> list[int]:
         """Numbers of the solved segments at whose end an element's guard is reached from beyond."""
-        return [k for k, speed in enumerate(self._speeds_of_changes) if speed < -NO_RATE]
+        return [
+            k for k, speed in enumerate(self._speeds_of_changes) if speed < -TOUCHING_RATE_OF_CHANGE
+        ]
 
     @cached_property
     def _speeds_of_changes(self) -> list[float]:
@@ -182,7 +190,8 @@ class Orbit(Result):
         units = guard_sizes(self.problem, sizes) / sizes[self.problem.size]
         speeds = self.linearised.rate / units
         return [
-            1.0 if e.watch == GAP else e.side * float(v) for e, v in zip(ends, speeds, strict=True)
+            1.0 if e.watch == GAP_WATCH else e.side * float(v)
+            for e, v in zip(ends, speeds, strict=True)
         ]
 
     @cached_property
@@ -229,7 +238,7 @@ class Orbit(Result):
         ratios = [1.0]
         for k, end in enumerate(ends if self.signature.flights else ()):
             following = (k + 1) % len(ends)
-            if end.watch != GAP:
+            if end.watch != GAP_WATCH:
                 mode, state = compiled.modes[ends[following].mode], self.states[following]
                 y = compiled.embedded(state[:-1], state[-1])
                 after = compiled.guard(end).row @ (mode.b @ y + mode.constant)
@@ -243,7 +252,7 @@ class Orbit(Result):
         Without forcing and loss there is an orbit for every energy, and for a mechanism that can be
         shifted as a whole, one for every place. Each dimension gives a multiplier 1.
         """
-        if not self.converged or np.all(np.abs(self._of_solved_map - 1.0) > SPLIT):
+        if not self.converged or np.all(np.abs(self._of_solved_map - 1.0) > SPLIT_DISTANCE):
             return 0
         problem = OrbitProblem(self.system, self.signature, "")
         return family_dimension(problem, problem.packed(self.states, self.durations))
@@ -251,7 +260,7 @@ class Orbit(Result):
     @property
     def stable(self) -> bool:
         """Whether it is converged and admissible, with all multipliers below 1 - 1e-9 in modulus."""
-        inside = bool(np.all(np.abs(self.multipliers) < 1.0 - NEUTRAL))
+        inside = bool(np.all(np.abs(self.multipliers) < 1.0 - NEUTRAL_DISTANCE))
         return self.converged and inside and self.admissible
 
     @property
@@ -301,10 +310,12 @@ class Orbit(Result):
         if not self.signature.flights:
             return min(self.gaps.values(), default=None)
         sizes = self._amplitudes
-        length = max((size for (_, watch), size in sizes.items() if watch == GAP), default=0.0)
+        length = max(
+            (size for (_, watch), size in sizes.items() if watch == GAP_WATCH), default=0.0
+        )
 
         def relative(near: Nearest) -> tuple[float, Nearest]:
-            size = length if near.watch == GAP else sizes[near.contact, near.watch]
+            size = length if near.watch == GAP_WATCH else sizes[near.contact, near.watch]
             return near.gap / size if size else near.gap, near
 
         return min(self.gaps.values(), key=relative, default=None)
@@ -342,7 +353,7 @@ class Orbit(Result):
         if not self.converged:
             return f"Orbit({self.symbol}: {self.status})"
         kind = "symmetric, " if self.symmetric else ""
-        neutral = self.family_dimension and np.all(np.abs(self.multipliers) <= 1.0 + SPLIT)
+        neutral = self.family_dimension and np.all(np.abs(self.multipliers) <= 1.0 + SPLIT_DISTANCE)
         verdict = "stable" if self.stable else "neutral" if neutral else "unstable"
         why = f"; not admissible: {self.inadmissible_reason}" if self.inadmissible_reason else ""
         if self.family_dimension:

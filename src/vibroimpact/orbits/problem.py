@@ -27,7 +27,13 @@ import numpy as np
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.compile.prescribed import GAP, End, Linearised, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import (
+    GAP_WATCH,
+    End,
+    Linearised,
+    Prescribed,
+    compile_prescribed,
+)
 from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.stop import Stop
@@ -37,19 +43,20 @@ Value = float | tuple[float, ...]  # of the parameter, or of several
 Key = TypeVar("Key")
 Made = TypeVar("Made")
 
-REMEMBERED = 64  # latest evaluations that are kept: those of some panels of a branch
-WHOLE = 1e-9  # a ratio of forcing frequencies this close to a whole number is one
-MOST_CYCLES = 1000  # over which forcing frequencies may be commensurate
+# So many of the latest evaluations are kept, those of some panels of a branch.
+KEPT_EVALUATIONS = 64
+WHOLE_RATIO_WITHIN = 1e-9  # a ratio of forcing frequencies that is so near to a whole number is one
+MOST_CYCLES = 1000  # forcing frequencies may be commensurate over so many cycles at most
 
 
 class Flight(NamedTuple):
     """A flight of a machine with elements: the code of its mode, and which of its guards ends it.
 
-    ``watch`` is the number of the guard among the watches of the mode; GAP for a rigid stop.
+    ``watch`` is the number of the guard among the watches of the mode; GAP_WATCH for a rigid stop.
     """
 
     mode: int
-    watch: int = GAP
+    watch: int = GAP_WATCH
 
 
 @dataclass(frozen=True)
@@ -90,7 +97,7 @@ class Signature:
 
     @property
     def ends(self) -> tuple[End, ...]:
-        """The same as ends of flights in their modes."""
+        """Ends of the flights of the segments that are solved for, with the modes of the flights."""
         flights = self.flights or (Flight(0),) * len(self.impacts)
         return tuple(
             End(*stop, *flight) for stop, flight in zip(self.solved, flights, strict=False)
@@ -168,7 +175,7 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
 
 
 def impacting(m: Mechanism, signature: Signature) -> list[bool]:
-    """Which impacts of a signature are impacts: at rigid stops, and where soft stops are met."""
+    """Return which entries of a signature are impacts: at rigid stops, and where soft stops are met."""
     contacts, flights = len(m.rigid_stops), signature.flights
     out = []
     for k, (number, _) in enumerate(signature.impacts):
@@ -186,7 +193,7 @@ def impacting(m: Mechanism, signature: Signature) -> list[bool]:
 def forcing_repeats(m: Mechanism, cycles: int) -> bool:
     """Whether so many cycles of the first line are whole periods of every line."""
     turns = [cycles * force.omega / m.omega for force in m.forces]
-    return all(abs(t - round(t)) <= WHOLE * t for t in turns)
+    return all(abs(t - round(t)) <= WHOLE_RATIO_WITHIN * t for t in turns)
 
 
 def least_cycles(m: Mechanism) -> int:
@@ -218,7 +225,7 @@ def asymmetry(m: Mechanism, cycles: int) -> str:
 
 
 def asymmetry_without_elements(m: Mechanism, cycles: int) -> str:
-    """The same of the stops and forces alone."""
+    """Reason why (x, v) -> (-x, -v) is no symmetry of the stops and forces alone; "" if it is one."""
     if any(m.constant_force):
         return "a constant force has no mirror image"
     for i, contact in enumerate(m.rigid_stops):
@@ -232,7 +239,7 @@ def asymmetry_without_elements(m: Mechanism, cycles: int) -> str:
         return "an orbit without forcing has no half cycle to compare with"
     for force in m.forces:
         turns = cycles * force.omega / m.omega
-        if abs(turns - round(turns)) > WHOLE * turns or round(turns) % 2 == 0:
+        if abs(turns - round(turns)) > WHOLE_RATIO_WITHIN * turns or round(turns) % 2 == 0:
             return (
                 f"the force of frequency {force.omega} does not change sign after half the period"
             )
@@ -253,7 +260,7 @@ def why_none(m: Mechanism, impacts: Iterable[Stop]) -> str:
 def latest(kept: dict[Key, Made], key: Key, make: Callable[[Key], Made]) -> Made:
     """Value kept for a key, made if it is missing; the oldest is then dropped."""
     if key not in kept:
-        if len(kept) >= REMEMBERED:
+        if len(kept) >= KEPT_EVALUATIONS:
             del kept[next(iter(kept))]
         kept[key] = make(key)
     return kept[key]

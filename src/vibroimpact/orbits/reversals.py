@@ -4,7 +4,7 @@ Method      Where the static level is above the kinetic one, both states may be 
             zero, and friction sticks (theory.md, "Elements"). A flight that ends with the reversal of
             a slip is compared with the mode in which that friction sticks: the reversal is no motion
             if the force that holds it is within the static level.
-Accuracy    a force within ON_LIMIT of the level counts as beyond it
+Accuracy    a force within LIMIT_OF_AMPLITUDE of the level counts as beyond it
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vibroimpact.compile.piecewise import code_of_states, states_from_code
 from vibroimpact.compile.prescribed import End, compile_prescribed
 from vibroimpact.model.friction_lines import friction_lines
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.admissibility import ON_LIMIT
+from vibroimpact.orbits.admissibility import LIMIT_OF_AMPLITUDE
 
 
 def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
@@ -57,5 +57,5 @@ def _lasts(system: System, code: int, number: int, state: Floats) -> bool:
         if guard.contact == number:
             size = np.abs(guard.row) @ np.abs(y) + abs(guard.gain)
             u = guard.row @ y + guard.gain
-            margins.append(min(guard.upper - u, u - guard.lower) - ON_LIMIT * size)
+            margins.append(min(guard.upper - u, u - guard.lower) - LIMIT_OF_AMPLITUDE * size)
     return bool(margins) and bool(min(margins) > 0.0)

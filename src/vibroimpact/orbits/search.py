@@ -4,14 +4,14 @@ Method      From random starts, on every stop (starts.py), or between them where
             are elements (starts_between.py), motions are simulated, transients included. Every part
             of a motion that ends on the stop of its beginning, after at most ``impacts`` impacts and
             ``cycles`` forcing cycles, with
-                |states at its ends apart| <= COARSE of the box,   |cycles - whole| <= COARSE   (1)
+                |states at its ends apart| <= GUESS_GAP_OF_BOX of the box,   |cycles - whole| <= GUESS_GAP_OF_BOX   (1)
             is a guess: motions pass near unstable orbits, and chaos follows them. Guesses closer
-            than LIKE of the box to an earlier one, or to an orbit, with the same sequence are
+            than SAME_GUESS_OF_BOX of the box to an earlier one, or to an orbit, with the same sequence are
             skipped. Newton's method (find.py) solves for a symmetric orbit first where the
             sequence is its own mirror image, then for any. Its result is reduced to the primitive
-            orbit, left out if an impact is slower than NO_SPEED of the box (a motion that only
+            orbit, left out if an impact is slower than TOUCH_SPEED_OF_BOX of the box (a motion that only
             touches a stop solves the equations too), and compared with the list: orbits are equal
-            if their sequences are, up to rotation, and their states agree within SAME of the box;
+            if their sequences are, up to rotation, and their states agree within SAME_ORBIT_RELATIVE of the box;
             of a family of orbits with the same sequence one is listed. In a symmetric system the
             mirror image of an orbit is an orbit too (mirror_images.py).                    (2)
             With elements the sequence has the changes of their states, and parts without impacts begin
@@ -38,7 +38,7 @@ from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import DRIFTS, closing_loop
 from vibroimpact.orbits.find import (
-    SAME,
+    SAME_ORBIT_RELATIVE,
     Guess,
     mirror_distance,
     primitive,
@@ -56,14 +56,16 @@ from vibroimpact.orbits.starts_between import StartsBetween, starts_between
 from vibroimpact.orbits.symmetric_damper import known_orbits
 from vibroimpact.simulation.simulate import COUNTED, ENDS_QUIETLY, Run, RunEnd, Status, simulate
 
-CHANGES = (Status.CHANGE, Status.NON_UNIQUE)
+CHANGE_STATUSES = (Status.CHANGE, Status.NON_UNIQUE)
 BEYOND = "it settled on an orbit of more than {self.cycles} cycles or {self.impacts} impacts"
-LATE = 0.9  # of a motion: what happens later goes on
-LENGTH = 200  # impacts of each motion
-COARSE = 0.4  # of the box, and of a forcing cycle: largest gap of the ends of a guess
-LIKE = 0.1  # of the box: closer guesses count as equal
-ITERATIONS, HALVINGS = 12, 4  # of Newton's method: 99 of 100 runs that converge need fewer
-NO_SPEED = 1e-6  # of the box: a slower impact counts as a touch
+LATE_SHARE_OF_MOTION = 0.9  # what happens after this share of the duration of a motion goes on
+MOTION_IMPACTS = 200  # each motion is simulated over so many impacts
+# The ends of a guess are so near, relative to the box and to a forcing cycle.
+GUESS_GAP_OF_BOX = 0.4
+SAME_GUESS_OF_BOX = 0.1  # guesses that are nearer, relative to the box, count as equal
+NEWTON_ITERATIONS = 12  # 99 of 100 runs of Newton's method that converge need fewer
+NEWTON_HALVINGS = 4  # a Newton step is halved so often at most: 99 of 100 need fewer halvings
+TOUCH_SPEED_OF_BOX = 1e-6  # an impact that is slower, relative to the box, counts as a touch
 
 
 def find_orbits(
@@ -176,23 +178,31 @@ class _Sweep:
     def try_motion(self, rng: np.random.Generator, number: int) -> None:
         """Simulate from a random start and try all loops."""
         m = self.starts.mechanism
-        horizon = LENGTH * self.cycles * 2.0 * math.pi / m.omega if m.omega else math.inf
-        run = simulate(self.system, self.starts.draw(rng, number), impacts=LENGTH, t_max=horizon)
+        horizon = MOTION_IMPACTS * self.cycles * 2.0 * math.pi / m.omega if m.omega else math.inf
+        run = simulate(
+            self.system, self.starts.draw(rng, number), impacts=MOTION_IMPACTS, t_max=horizon
+        )
         self.motions[_end_of(run)] += 1
         if why := self._why_unresolved(run):
             self.unresolved[why] += 1
         widths = self.starts.widths
-        for signature, guess in loops_of(run, self.cycles, self.impacts, widths, COARSE):
-            if self.tried.has(signature, guess.states, LIKE):
+        for signature, guess in loops_of(run, self.cycles, self.impacts, widths, GUESS_GAP_OF_BOX):
+            if self.tried.has(signature, guess.states, SAME_GUESS_OF_BOX):
                 self.repeated += 1
                 continue
             self.tried.add(signature, guess.states)
             for wanted in self._signatures(signature, guess):
-                found = solve(self.system, wanted, guess, iterations=ITERATIONS, halvings=HALVINGS)
+                found = solve(
+                    self.system,
+                    wanted,
+                    guess,
+                    iterations=NEWTON_ITERATIONS,
+                    halvings=NEWTON_HALVINGS,
+                )
                 self._enter(found)
 
     def _why_unresolved(self, run: Run) -> str:
-        """What find_orbit says of a motion without a loop at its end, or with one beyond the bounds.
+        """Reason of find_orbit for a motion without a loop at its end, or with one beyond the bounds.
 
         "" where the end of the motion nearly closes within the bounds, settled or not.
         """
@@ -215,7 +225,7 @@ class _Sweep:
         orbit = primitive(orbit)
         if not orbit.converged:
             self.guesses[GuessEnd.NOWHERE] += 1
-        elif orbit.least_impact_speed <= NO_SPEED * self.starts.widths[-1]:
+        elif orbit.least_impact_speed <= TOUCH_SPEED_OF_BOX * self.starts.widths[-1]:
             self.guesses[GuessEnd.SPEEDLESS] += 1
         elif self._is_known(orbit):
             self.guesses[GuessEnd.KNOWN] += 1
@@ -235,7 +245,7 @@ class _Sweep:
 
     def _is_known(self, orbit: Orbit) -> bool:
         """Whether an orbit is listed, or another one of its family with the same impacts."""
-        within = math.inf if orbit.family_dimension else SAME
+        within = math.inf if orbit.family_dimension else SAME_ORBIT_RELATIVE
         return self.known.has(orbit.signature, unfolded(orbit).states, within)
 
     def _list(self, orbit: Orbit, mirror_of: int | None) -> None:
@@ -261,10 +271,10 @@ def _end_of(run: Run) -> MotionEnd:
     if run.end is RunEnd.IMPACTS:
         return MotionEnd.IMPACTS
     if run.end in (RunEnd.HORIZON, RunEnd.EVENTS) and len(run):
-        late = run.status[run.time > LATE * run.time[-1]]
+        late = run.status[run.time > LATE_SHARE_OF_MOTION * run.time[-1]]
         if np.isin(late, COUNTED).any():
             return MotionEnd.IMPACTS
-        if np.isin(late, CHANGES).any():
+        if np.isin(late, CHANGE_STATUSES).any():
             return MotionEnd.CHANGING
     silent = run.end in (RunEnd.HORIZON, *ENDS_QUIETLY)
     return MotionEnd.SILENT if silent else MotionEnd.BROKEN

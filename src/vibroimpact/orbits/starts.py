@@ -3,7 +3,7 @@
 Method      Every stop k has a face, row_k . x = limit_k with all other gaps open; its centre is the
             place on it with the largest least gap (a linear programme).
             Short motions leave the centres with velocities up to (largest rate) x (size of the
-            mechanism); the box spans their states at impacts, WIDER about its middle.          (1)
+            mechanism); the box spans their states at impacts, BOX_FACTOR about its middle.          (1)
             A start is a random place of the box, moved along row_k onto the face and from there
             towards its centre until no gap is negative, with a random velocity of the box,
             reflected where it would enter the stop, at a random phase.                         (2)
@@ -30,9 +30,10 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import simulate
 
-SHORT = 32  # impacts of a motion that finds the box
-SPEEDS = (0.03, 0.1, 0.3, 1.0)  # of these motions, as shares of the largest in (1)
-WIDER = 1.5  # size of the box, relative to the span of the short motions
+BOX_IMPACTS = 32  # a motion that finds the box has so many impacts
+# These motions start with such shares of the largest speed in (1).
+BOX_SPEED_SHARES = (0.03, 0.1, 0.3, 1.0)
+BOX_FACTOR = 1.5  # the box is so many times as wide as the span of the short motions
 
 
 @dataclass(frozen=True)
@@ -88,10 +89,12 @@ def starts_of(system: System) -> Starts:
         raise InvalidParameterError("contacts: no stop can be reached; each is behind another one.")
     compiled = compile_prescribed(system)
     fastest = compiled.rate * _size(m)
-    visited = [_visited(system, face, share * fastest) for face in faces for share in SPEEDS]
+    visited = [
+        _visited(system, face, share * fastest) for face in faces for share in BOX_SPEED_SHARES
+    ]
     points = np.vstack(visited)
     middle = (points.max(axis=0) + points.min(axis=0)) / 2.0
-    half = WIDER * np.ptp(points, axis=0) / 2.0
+    half = BOX_FACTOR * np.ptp(points, axis=0) / 2.0
     return Starts(m, faces, middle - half, middle + half)
 
 
@@ -180,7 +183,7 @@ def _visited(system: System, face: Face, speed: float) -> Floats:
     m = mechanism_of(system)
     away = -face.impact[1] * face.row / np.linalg.norm(face.row)
     start = State(tuple(face.centre), tuple(speed * away))
-    horizon = SHORT * 2.0 * math.pi / m.omega if m.omega else math.inf
-    run = simulate(system, start, impacts=SHORT, t_max=horizon)
+    horizon = BOX_IMPACTS * 2.0 * math.pi / m.omega if m.omega else math.inf
+    run = simulate(system, start, impacts=BOX_IMPACTS, t_max=horizon)
     points = np.column_stack([run.position, run.velocity_after])
     return np.vstack([[*start.position, *start.velocity], points])

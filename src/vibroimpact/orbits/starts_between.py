@@ -4,7 +4,7 @@ Method      Lengths of the machine are those of its stops and their motions, and
             |M^-1 f| / rate^2 by its forces, loads and friction; speeds are (length) x (rate), with
             the fastest rate of the machine without its elements, or of its lines.          (1)
             Short motions leave the centre, the place with the largest least gap to the rigid stops, with
-            velocities along every coordinate up to that speed; the box spans them, WIDER about its
+            velocities along every coordinate up to that speed; the box spans them, BOX_FACTOR about its
             middle. Those that diverge do not count.                                        (2)
             A start is a random state of the box at a random phase, moved towards the centre of that
             phase until no gap of a rigid stop is negative. It may be beyond a soft stop. With sliders
@@ -27,13 +27,22 @@ from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, accelerations, stop_sizes
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.starts import SHORT, SPEEDS, WIDER, centre_of, gaps_of, share_of, widths_of
+from vibroimpact.orbits.starts import (
+    BOX_FACTOR,
+    BOX_IMPACTS,
+    BOX_SPEED_SHARES,
+    centre_of,
+    gaps_of,
+    share_of,
+    widths_of,
+)
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 
-SAMPLES = 256  # of each short motion
-AT_ONCE = 1e-9  # units of time
+MOTION_SAMPLES = 256  # each short motion is sampled so often
+SAME_TIME = 1e-9  # events that are so near, in units of time, are at once
 HALVINGS = 20
-INSIDE = 1.0 - 1e-9  # of the way to a stop: rounding leaves no gap negative
+# A start goes this share of the way to a stop: rounding leaves no gap negative.
+INSIDE_SHARE = 1.0 - 1e-9
 
 
 @dataclass(frozen=True)
@@ -65,7 +74,7 @@ class StartsBetween:
         y, phase = rng.uniform(self.low, self.high), rng.uniform(0.0, 2.0 * math.pi)
         centre = _centre(m, phase, self.length)
         rows, limits = _gaps_at(m, phase)
-        share = INSIDE * share_of(rows, limits, centre, y[:n])
+        share = INSIDE_SHARE * share_of(rows, limits, centre, y[:n])
         place, speed = share * (y[:n] - centre), y[n:]
         for halvings in range(HALVINGS + 1):
             part = 0.5**halvings
@@ -77,7 +86,7 @@ class StartsBetween:
 
 def _undecided(m: Mechanism, start: State) -> bool:
     """Whether no motion begins at a state: a slider is pulled beyond its level."""
-    return simulate(m, start, impacts=1, t_max=AT_ONCE).end is RunEnd.UNDECIDED
+    return simulate(m, start, impacts=1, t_max=SAME_TIME).end is RunEnd.UNDECIDED
 
 
 def starts_between(system: System) -> StartsBetween:
@@ -95,11 +104,11 @@ def starts_between(system: System) -> StartsBetween:
     visited = [
         _visited(system, State(tuple(centre), tuple(share * length * rate * way)), rate)
         for way in ways
-        for share in SPEEDS
+        for share in BOX_SPEED_SHARES
     ]
     points = np.vstack(visited)
     middle = (points.max(axis=0) + points.min(axis=0)) / 2.0
-    half = WIDER * np.ptp(points, axis=0) / 2.0
+    half = BOX_FACTOR * np.ptp(points, axis=0) / 2.0
     return StartsBetween(m, length, middle - half, middle + half)
 
 
@@ -156,7 +165,9 @@ def _centre(m: Mechanism, phase: float, length: float) -> Floats:
 def _visited(system: System, start: State, rate: float) -> Floats:
     """Positions and velocities of a short motion; its start where it diverges."""
     m = mechanism_of(system)
-    run = simulate(system, start, impacts=SHORT, t_max=SHORT * 2.0 * math.pi / (m.omega or rate))
+    run = simulate(
+        system, start, impacts=BOX_IMPACTS, t_max=BOX_IMPACTS * 2.0 * math.pi / (m.omega or rate)
+    )
     begun = np.array([[*start.position, *start.velocity]])
     if run.end is RunEnd.DIVERGED or not len(run):
         return begun
@@ -164,4 +175,4 @@ def _visited(system: System, start: State, rate: float) -> Floats:
 
 
 def _sampled(run: Run) -> Floats:
-    return np.column_stack(run.at(np.linspace(0.0, run.time[-1], SAMPLES)))
+    return np.column_stack(run.at(np.linspace(0.0, run.time[-1], MOTION_SAMPLES)))

@@ -14,7 +14,7 @@ from vibroimpact.plotting.bifurcation_diagram import parameter_of, shown
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.variables import check_dataset, label_of, units_of_sweep, variable_of
 
-SIZE = 1.8  # points
+MARK_POINTS = 1.8  # marks are so large
 DIRECTION_SIZE = 1.4  # times the size in a diagram, where more points are beside each other
 
 
@@ -66,9 +66,9 @@ def _lines(ax: Axes, array: xr.DataArray, parameter: str) -> None:
 
 def _points(ax: Axes, value: Any, numbers: Any, **looks: Any) -> None:
     numbers = np.asarray(numbers)
-    size = DIRECTION_SIZE * looks["markersize"] if "markersize" in looks else SIZE
+    size = DIRECTION_SIZE * looks["markersize"] if "markersize" in looks else MARK_POINTS
     style.points(ax, value, numbers, **(looks | {"markersize": size}))
     below = np.asarray(value)[np.isneginf(numbers)]
     if below.size:
-        looks |= {"label": "_", "marker": "v", "markersize": 2.0 * SIZE, "clip_on": False}
+        looks |= {"label": "_", "marker": "v", "markersize": 2.0 * MARK_POINTS, "clip_on": False}
         style.points(ax, below, np.zeros(below.size), transform=ax.get_xaxis_transform(), **looks)

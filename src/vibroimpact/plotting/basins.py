@@ -20,9 +20,9 @@ OTHER = "other attractors"
 BEHIND = "behind stop"  # not a possible start
 PENETRATING = "initial penetration"
 MARKERS = "oDs^vPX"
-MARKED = 400  # points of an attractor that are marked
-PLACES = 24  # fewer different places, at RESOLUTION of the axes, have large marks
-RESOLUTION = 1 / 200
+MOST_MARKED_POINTS = 400  # so many points of an attractor are marked at most
+MOST_LARGE_MARKS = 24  # so many different places, at RESOLUTION_OF_AXES, or fewer have large marks
+RESOLUTION_OF_AXES = 1 / 200
 
 
 def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = True) -> Axes:
@@ -88,9 +88,9 @@ def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
     ends = [_final(basins, name) for name in names]
     labels, colours = basins["attractor"].values, _colours(basins["attractor"])
     for code in [code for code in flags(basins["attractor"]) if code >= 0]:
-        here = np.flatnonzero((labels == code).ravel())[:MARKED]
+        here = np.flatnonzero((labels == code).ravel())[:MOST_MARKED_POINTS]
         x, y = (end[here] for end in ends)
-        few = _places(ax, x, y) <= PLACES
+        few = _places(ax, x, y) <= MOST_LARGE_MARKS
         ax.plot(
             x, y, linestyle="none", marker=MARKERS[code % len(MARKERS)] if few else ".",
             markersize=5.5 if few else 2.0,
@@ -101,7 +101,7 @@ def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
 
 def _places(ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64]) -> int:
     """Number of visibly different places."""
-    sizes = np.ptp([ax.get_xlim(), ax.get_ylim()], axis=1) * RESOLUTION
+    sizes = np.ptp([ax.get_xlim(), ax.get_ylim()], axis=1) * RESOLUTION_OF_AXES
     return len(np.unique(np.round(np.column_stack([x, y]) / sizes), axis=0))
 
 

@@ -24,11 +24,14 @@ DIRECTIONS: dict[str, dict[str, Any]] = {
     "down": {"color": style.BLUE, "markersize": 0.7},
 }
 BOTH: dict[str, Any] = {"color": style.BLACK, "markersize": 0.7, "label": "both ways"}
-RESOLVED = 1 / 300  # of the ordinate: nearer points are drawn as one
-SAMPLED = 1.36  # times the root of 2 / (number of points): Kolmogorov and Smirnov's bound at 5 %
+# Points that are nearer, relative to the ordinate, are drawn as one.
+RESOLUTION_OF_ORDINATE = 1 / 300
+# Kolmogorov and Smirnov's bound at 5 % is so many times the root of 2 / (number of points).
+KOLMOGOROV_FACTOR = 1.36
 NO_IMPACT = "at the foot: no impact at this stop"
-OTHERS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
-BESIDE = ("direction", "start", "point", "strobe")  # dims beside that of the parameter
+OTHER_COLOURS = (style.VERMILION, style.GREEN, style.PURPLE, style.BLACK)
+# An array may have these dims beside that of the parameter.
+DIMS_BESIDE = ("direction", "start", "point", "strobe")
 
 
 def plot_bifurcation_diagram(
@@ -86,7 +89,10 @@ def looks_of(array: xr.DataArray) -> dict[str, dict[str, Any]]:
     present = [str(name) for name in array["direction"].values]
     others = [name for name in present if name not in DIRECTIONS]
     looks = {n: {"label": f"followed with {sign} {n}"} | look for n, look in DIRECTIONS.items()}
-    looks |= {n: {"label": n, "color": OTHERS[i % len(OTHERS)]} for i, n in enumerate(others)}
+    looks |= {
+        n: {"label": n, "color": OTHER_COLOURS[i % len(OTHER_COLOURS)]}
+        for i, n in enumerate(others)
+    }
     return {name: look for name, look in looks.items() if name in present}
 
 
@@ -108,7 +114,7 @@ def _agreement(up: xr.DataArray, down: xr.DataArray) -> xr.DataArray:
     size = up.sizes[parameter]
     columns = [way.transpose(parameter, ...).values.reshape(size, -1) for way in (up, down)]
     known = np.concatenate([column[np.isfinite(column)] for column in columns])
-    near = RESOLVED * float(np.ptp(known)) if known.size else 0.0
+    near = RESOLUTION_OF_ORDINATE * float(np.ptp(known)) if known.size else 0.0
     same = [_same_set(a, b, near) for a, b in zip(*columns, strict=True)]
     return xr.DataArray(same, {parameter: up[parameter].values}, [parameter])
 
@@ -123,7 +129,7 @@ def _same_set(first: Floats, second: Floats, near: float) -> bool:
                      - np.searchsorted(y, x + near, side="right") / len(y)))
         for x, y in ((a, b), (b, a))
     )  # fmt: skip
-    return bool(apart < min(0.5, SAMPLED * np.sqrt(1.0 / len(a) + 1.0 / len(b))))
+    return bool(apart < min(0.5, KOLMOGOROV_FACTOR * np.sqrt(1.0 / len(a) + 1.0 / len(b))))
 
 
 def _mark_silent(ax: Axes, array: xr.DataArray, end: xr.DataArray | None) -> None:
@@ -142,7 +148,7 @@ def _mark_silent(ax: Axes, array: xr.DataArray, end: xr.DataArray | None) -> Non
 
 def parameter_of(array: xr.DataArray) -> str:
     """Dim of the abscissa."""
-    names = [str(name) for name in array.dims if name not in BESIDE]
+    names = [str(name) for name in array.dims if name not in DIMS_BESIDE]
     if len(names) != 1:
         raise InvalidParameterError(
             f"{array.name} has the dims {', '.join(map(str, array.dims))}: must have one "

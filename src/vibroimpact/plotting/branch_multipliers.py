@@ -24,9 +24,11 @@ from vibroimpact.plotting.branch_looks import marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.multipliers import COLOURS, unit_circle
 
-CRITICAL = 1e-4  # largest distance from the unit circle of a critical multiplier
-SHARES = np.linspace(0.0, 1.0, 33)  # of a step in which two meet: places at which they are drawn
-SHOWN = 1.6  # half width of the picture; multipliers grow without bound towards grazing
+CRITICAL_DISTANCE = 1e-4  # a critical multiplier is no farther from the unit circle
+# Multipliers are drawn at these shares of a step in which two meet.
+STEP_SHARES = np.linspace(0.0, 1.0, 33)
+# Multipliers grow without bound towards grazing: the picture has this half width.
+SHOWN_HALF_WIDTH = 1.6
 
 
 def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
@@ -52,7 +54,7 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
         _paths(ax, branch)
         ax.set(
             xlabel=r"$\mathrm{Re}\,\lambda$", ylabel=r"$\mathrm{Im}\,\lambda$", aspect="equal",
-            xlim=(-SHOWN, SHOWN), ylim=(-SHOWN, SHOWN),
+            xlim=(-SHOWN_HALF_WIDTH, SHOWN_HALF_WIDTH), ylim=(-SHOWN_HALF_WIDTH, SHOWN_HALF_WIDTH),
         )  # fmt: skip
         marked = [point for point in branch.special_points if len(_critical(point))]
         for kind in dict.fromkeys(point.record for point in marked):
@@ -66,7 +68,7 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
 def _critical(point: BifurcationPoint) -> Complexes:
     """Multipliers of a special point on the unit circle, the upper one of each pair."""
     values = point.multipliers
-    near = np.abs(np.abs(values) - 1.0) < CRITICAL
+    near = np.abs(np.abs(values) - 1.0) < CRITICAL_DISTANCE
     return values[near & (values.imag >= 0.0)]
 
 
@@ -126,7 +128,7 @@ def _step(rows: tuple[Complexes, Complexes], i: int) -> Complexes:
     other = np.array([first[j], last[j]])
     mean, half = (ends + other).real / 2.0, (ends - other) / 2.0
     squares = (half**2).real
-    shares = np.sort(np.append(SHARES, squares[0] / (squares[0] - squares[1])))
+    shares = np.sort(np.append(STEP_SHARES, squares[0] / (squares[0] - squares[1])))
     root = np.sqrt((1.0 - shares) * squares[0] + shares * squares[1] + 0j)
     root.real *= np.sign(half.real.sum())
     root.imag *= np.sign(half.imag.sum())

@@ -30,7 +30,7 @@ WORDS = {
     Stability.INADMISSIBLE: "not admissible",
 }
 CLOUD = "#A8A8A8"  # attractors, behind
-COLUMNS, ROW = 4, 0.17  # of the legend; height of a row in inches
+LEGEND_COLUMNS = 4  # the legend has so many columns
 WORDS_OF_ORBITS = {
     "speed": "smallest impact speed", "clearance": "least gap between impacts",
     "period": "period $T$",
@@ -100,8 +100,8 @@ def plot_branches(
     units = units_of(*(branch.family.system for branch in branches))
     view = _View(variable, stop)
     colours = style.series(len(branches))
-    rows = -(-len(branches) // COLUMNS)
-    height = 1.25 * style.HEIGHT + rows * ROW
+    rows = -(-len(branches) // LEGEND_COLUMNS)
+    height = 1.25 * style.HEIGHT + rows * style.LEGEND_ROW_INCHES
     with style.drawing(ax, width=1.6 * style.WIDTH, height=height) as ax:
         if attractors is not None:
             _cloud(ax, attractors, name, view)
@@ -226,4 +226,4 @@ def _legend(
     if cloud:
         ax.plot([], [], "o", color=CLOUD, markeredgewidth=0.0, label="attractors")
     if ax.get_legend_handles_labels()[0]:
-        style.legend_outside(ax, columns=COLUMNS)
+        style.legend_outside(ax, columns=LEGEND_COLUMNS)

@@ -19,12 +19,15 @@ from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.plotting import style, symbols
 from vibroimpact.plotting.variables import combination
 
-INCH = 0.40  # per unit of the drawing board
+INCHES_PER_UNIT = 0.40  # a unit of the drawing board is so long
 MASS, BAY, NARROW, GAP = 2.1, 3.9, 1.2, 0.5
 SINGLE, PLAIN, SOFT, DAMPED = 1.0, 1.75, 1.75, 2.1  # heights of lanes, with their labels
-TEXT = 8.0  # points
-LOW, NEAR, ROW = 0.95, 0.6, 0.36  # depth of the first label below a belt, a floor; of a line
-SMALL = 1e-12  # of the largest entry: a sum of entries that is zero to rounding
+TEXT_POINTS = 8.0  # labels are so high
+BELT_LABEL_DEPTH = 0.95  # the first label below a belt is so deep
+FLOOR_LABEL_DEPTH = 0.6  # below a floor it is so deep
+LABEL_LINE_DEPTH = 0.36  # a line of a label is so deep
+# A sum of entries that is smaller, relative to the largest, is zero to rounding.
+ZERO_OF_LARGEST = 1e-12
 A, B, RUB = style.BLUE, style.VERMILION, style.GREEN
 Draw = Callable[[Axes, float, float, float], None]  # between two abscissas, at an ordinate
 
@@ -42,7 +45,7 @@ class Law:
 
 @dataclass
 class Bay:
-    """What is drawn between two masses: heights of lanes, and how each is drawn."""
+    """Parts that are drawn between two masses: heights of lanes, and how each is drawn."""
 
     lanes: list[tuple[float, Draw]] = field(default_factory=list)
     ground: bool = False  # whether it ends at a wall, where it is the first or the last
@@ -186,11 +189,11 @@ class Chain:
     def foot(self) -> float:
         """Depth of what is below the masses: floor, belts, labels, notes."""
         depths = [
-            (LOW if any(moving(e) for _, e in found) else NEAR)
-            + sum(ROW * (2 if moving(e) else 1) for _, e in found)
+            (BELT_LABEL_DEPTH if any(moving(e) for _, e in found) else FLOOR_LABEL_DEPTH)
+            + sum(LABEL_LINE_DEPTH * (2 if moving(e) else 1) for _, e in found)
             for found in self.rubbing.values()
         ]
-        return max([NEAR, *depths]) + 0.1 + 0.45 * len(self.notes)
+        return max([FLOOR_LABEL_DEPTH, *depths]) + 0.1 + 0.45 * len(self.notes)
 
     # ---- drawing ---------------------------------------------------------------------------------
 
@@ -220,7 +223,7 @@ class Chain:
         width, _ = self.size
         foot = -self.foot + 0.45 * len(self.notes) - 0.2
         for line, note in enumerate(self.notes):
-            ax.text(0.0, foot - 0.45 * line, note, fontsize=TEXT + 0.5, va="center")
+            ax.text(0.0, foot - 0.45 * line, note, fontsize=TEXT_POINTS + 0.5, va="center")
         ax.set(xlim=(-0.6, width - 0.6), ylim=(-self.foot, y), aspect="equal")
         ax.axis("off")
 
@@ -260,12 +263,12 @@ class Chain:
                 style_of = "-|>" if belts[0].grip.speed else "<|-|>"
                 symbols.arrow(ax, (ends[0], -0.56), (ends[1], -0.56), color=RUB,
                               arrowstyle=style_of)  # fmt: skip
-            y = -LOW if belts else -NEAR
+            y = -BELT_LABEL_DEPTH if belts else -FLOOR_LABEL_DEPTH
             for label, e in found:
                 text = f"{label}: {e.caption()}"
-                ax.text(x + MASS / 2.0, y, text, ha="center", va="top", color=RUB, fontsize=TEXT,
+                ax.text(x + MASS / 2.0, y, text, ha="center", va="top", color=RUB, fontsize=TEXT_POINTS,
                         linespacing=1.1)  # fmt: skip
-                y -= ROW * (2 if moving(e) else 1)
+                y -= LABEL_LINE_DEPTH * (2 if moving(e) else 1)
         symbols.floor(ax, left, bays[-1][1], -0.3)
 
 
@@ -273,7 +276,7 @@ def draw_chain(m: Mechanism, ax: Axes | None) -> Axes:
     """Draw a mechanism on axes, or on a new figure of a size that suits it."""
     chain = Chain(m)
     width, height = chain.size
-    with style.drawing(ax, width=INCH * width, height=INCH * height) as ax:
+    with style.drawing(ax, width=INCHES_PER_UNIT * width, height=INCHES_PER_UNIT * height) as ax:
         chain.draw(ax)
     return ax
 
@@ -324,11 +327,11 @@ def links(matrix: Sequence[Sequence[float]]) -> Iterator[tuple[int, int | None, 
     largest = max(abs(x) for row in matrix for x in row)
     for i in range(n):
         ground = sum((matrix[i][j] + matrix[j][i]) / 2.0 for j in range(n))
-        if abs(ground) > SMALL * largest:
+        if abs(ground) > ZERO_OF_LARGEST * largest:
             yield i, None, ground
         for j in range(i + 1, n):
             both = -(matrix[i][j] + matrix[j][i]) / 2.0
-            if abs(both) > SMALL * largest:
+            if abs(both) > ZERO_OF_LARGEST * largest:
                 yield i, j, both
 
 
@@ -341,7 +344,7 @@ def axis_of(height: float) -> float:
 
 
 def _label(ax: Axes, left: float, right: float, y: float, text: str, colour: str) -> None:
-    ax.text((left + right) / 2.0, y, text, ha="center", va="bottom", color=colour, fontsize=TEXT,
+    ax.text((left + right) / 2.0, y, text, ha="center", va="bottom", color=colour, fontsize=TEXT_POINTS,
             linespacing=1.1)  # fmt: skip
 
 

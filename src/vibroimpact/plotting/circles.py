@@ -17,7 +17,7 @@ COORDINATES = {"x1": style.BLUE, "v1": style.VERMILION}
 MARKERS = ("o", "x", "s")  # by start, in the order of the data
 DISTANCE = r"$|\omega-\omega_c|$"
 MAKER = "vibroimpact_papers.impact_damper.circles"
-HEADROOM = 3.0  # factor of the upper limit of the errors, for the words
+HEADROOM_FACTOR = 3.0  # the upper limit of the errors leaves so much room for the words
 
 
 def plot_circle_half_width(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
@@ -76,7 +76,7 @@ def plot_circle_error(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
         _marks(ax, circles, error, color=style.BLACK, named=True)
         ax.set(xlabel=DISTANCE, ylabel="relative error of radius")
         _few_ticks(ax)
-        ax.set_ylim(top=ax.get_ylim()[1] * HEADROOM)
+        ax.set_ylim(top=ax.get_ylim()[1] * HEADROOM_FACTOR)
         ax.legend(loc="upper left")
     return ax
 

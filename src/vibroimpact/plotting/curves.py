@@ -40,9 +40,9 @@ HALO: dict[str, Any] = {
     "linewidth": 3.5,
     "zorder": 2.5,
 }  # of lines over coloured planes
-SMALL = 6.0  # points: labels of weak resonances
-SAME = 2e-3  # of the axes: two curves pass one point there
-COLUMNS, ROW = 3, 0.17  # of the legend; height of a row in inches
+WEAK_LABEL_POINTS = 6.0  # labels of weak resonances are so high
+SAME_POINT_OF_AXES = 2e-3  # curves that are so near, relative to the axes, pass one point
+LEGEND_COLUMNS = 3  # the legend has so many columns
 LEGEND = "vibroimpact curves"  # marks a legend to which later curves are added
 INSIDE: dict[str, Any] = {  # of the region between the sides of a tongue
     "facecolor": style.SKY, "alpha": 0.45, "edgecolor": "none", "zorder": 2.6,
@@ -50,7 +50,7 @@ INSIDE: dict[str, Any] = {  # of the region between the sides of a tongue
 OVER: dict[str, Any] = {  # the same over coloured planes
     "fill": False, "hatch": "////", "edgecolor": style.BLACK, "linewidth": 0.0, "zorder": 2.4,
 }  # fmt: skip
-HATCH = 0.5  # points
+HATCH_POINTS = 0.5  # lines of hatching are so wide
 
 Pair = tuple[float, float]
 Ranges = tuple[Pair, Pair]
@@ -131,7 +131,7 @@ def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
         kept = _limits_of(drawn_on)
         region = _drawn(tongue.sides[0], names, region_of(tongue).corners)
         plane = any(isinstance(one, QuadMesh) for one in drawn_on.collections)
-        with mpl.rc_context({"hatch.linewidth": HATCH}):
+        with mpl.rc_context({"hatch.linewidth": HATCH_POINTS}):
             drawn_on.fill(*region.T, **(OVER if plane else INSIDE))
         for side in tongue.sides:
             _curve(drawn_on, side, names, halo=kept is not None)
@@ -177,7 +177,7 @@ def _limits(bounds: Any) -> Floats:
 
 def _axes(ax: Axes | None, entries: int) -> AbstractContextManager[Axes]:
     """Axes with room for a legend."""
-    height = 1.4 * style.HEIGHT + -(-entries // COLUMNS) * ROW
+    height = 1.4 * style.HEIGHT + -(-entries // LEGEND_COLUMNS) * style.LEGEND_ROW_INCHES
     return style.drawing(ax, width=1.6 * style.WIDTH, height=height)
 
 
@@ -238,12 +238,15 @@ def _special_points(ax: Axes, curves: Sequence[BifurcationCurve], names: Names) 
     for curve, point in sorted(every, key=lambda pair: _rank(pair[1])):
         values = np.array([[point.parameters[name] for name in curve.names]])
         at = _drawn(curve, names, values)[0]
-        if any(k == point.record and np.all(np.abs(at - b) < SAME * span) for k, b in seen):
+        if any(
+            k == point.record and np.all(np.abs(at - b) < SAME_POINT_OF_AXES * span)
+            for k, b in seen
+        ):
             continue
         seen.append((point.record, at))
         ax.plot(*at, **_marker(point.record))
         if point.record == WEAK:
-            labels.add(_text(point), at[0], at[1], style.BLACK, size=SMALL, led=False)
+            labels.add(_text(point), at[0], at[1], style.BLACK, size=WEAK_LABEL_POINTS, led=False)
         else:
             labels.add(_text(point), at[0], at[1], style.BLACK)
     labels.place()
@@ -295,7 +298,7 @@ def _legend(ax: Axes, entries: Sequence[dict[str, Any]]) -> None:
     known = {line.get_label() for line in lines}
     lines += [ax.plot([], [], **entry)[0] for entry in entries if entry["label"] not in known]
     legend = ax.legend(
-        handles=lines, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=COLUMNS,
+        handles=lines, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=LEGEND_COLUMNS,
         borderaxespad=0.0, borderpad=0.2, columnspacing=1.2, handlelength=1.8,
     )  # fmt: skip
     legend.set_gid(LEGEND)

@@ -18,7 +18,7 @@ from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import band_label, parameter_label
 
-FINE = 200  # values of the linear machine
+LINEAR_VALUES = 200  # the linear machine is drawn through so many values
 KINDS = ("response", "search")
 
 
@@ -53,8 +53,8 @@ def plot_design(design: Design, *, what: str = "response", ax: Axes | None = Non
 def _response(ax: Axes, design: Design) -> None:
     judge, row = design.judge, np.array(list(design.parameters.values()))
     units, over = units_of(design.system), judge.band.factor
-    fine, coarse = judge.band.values(FINE), judge.band.values(judge.objective.points)
-    ax.plot(over * fine, judge.opened(FINE), color=style.GREY, label="without impacts")
+    fine, coarse = judge.band.values(LINEAR_VALUES), judge.band.values(judge.objective.points)
+    ax.plot(over * fine, judge.opened(LINEAR_VALUES), color=style.GREY, label="without impacts")
     ax.plot(
         over * coarse, judge.over_band(row), color=style.BLUE, marker="o", markersize=2.5,
         label="best machine, worst of all starts",

@@ -109,7 +109,7 @@ def _sensitivities(best: Design) -> Block:
 
 
 def _limits(best: Design) -> Iterator[str]:
-    """What the search did."""
+    """Section of what the search did."""
     seen = best.objective
     yield (
         f"A search of {best.machines} machines ({best.why_stopped}): each at {seen.points} values of the "

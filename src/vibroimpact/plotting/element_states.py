@@ -16,8 +16,9 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.simulation.simulate import Run, phases_of
 
-STRIP, BETWEEN = 0.055, 0.02  # of the height of the axes
-TEXT = 7.5  # points
+STRIP_OF_AXES = 0.055  # a strip is so high, relative to the axes
+SPACE_OF_AXES = 0.02  # strips are so far apart, relative to the axes
+TEXT_POINTS = 7.5  # labels are so high
 LIGHT = "#FFFFFF"
 
 
@@ -41,24 +42,24 @@ def draw_states(ax: Axes, run: Run, window: tuple[float, float]) -> None:
     if not numbers:
         return
     low, high = ax.get_ylim()
-    room = len(numbers) * (STRIP + BETWEEN) + BETWEEN
+    room = len(numbers) * (STRIP_OF_AXES + SPACE_OF_AXES) + SPACE_OF_AXES
     ax.set_ylim(low - (high - low) * room / (1.0 - room), high)
     labels = element_labels(m)
     named = set[str]()
     for row, number in enumerate(reversed(numbers)):
-        y = BETWEEN + row * (STRIP + BETWEEN)
+        y = SPACE_OF_AXES + row * (STRIP_OF_AXES + SPACE_OF_AXES)
         for begin, end, value in _pieces(run, number, *window):
             look = m.elements[number].looks.get(value)
             if look is None:
                 continue
             ax.add_patch(
-                Rectangle((begin, y), end - begin, STRIP, facecolor=colour_of(look),
+                Rectangle((begin, y), end - begin, STRIP_OF_AXES, facecolor=colour_of(look),
                           edgecolor="none", transform=ax.get_xaxis_transform(),
                           label="" if look.words in named else look.words)
             )  # fmt: skip
             named.add(look.words)
-        ax.text(1.01, y + STRIP / 2.0, labels[number], transform=ax.transAxes, va="center",
-                fontsize=TEXT)  # fmt: skip
+        ax.text(1.01, y + STRIP_OF_AXES / 2.0, labels[number], transform=ax.transAxes, va="center",
+                fontsize=TEXT_POINTS)  # fmt: skip
 
 
 def _pieces(run: Run, number: int, start: float, end: float) -> list[tuple[float, float, int]]:

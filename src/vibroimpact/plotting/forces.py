@@ -15,7 +15,7 @@ from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import motion_of, shown_elements
-from vibroimpact.plotting.history import POINTS, window_of
+from vibroimpact.plotting.history import HISTORY_POINTS, window_of
 from vibroimpact.plotting.variables import combination
 from vibroimpact.simulation.simulate import Run
 
@@ -137,6 +137,6 @@ def _numbers(name: str, given: Sequence[int], m: Mechanism) -> list[int]:
 def _sampled(run: Run, start: float, end: float) -> tuple[Floats, Floats]:
     """Times of a window, twice at events: just before and after; and all forces."""
     inside = run.time[(run.time > start) & (run.time <= end)]
-    even = np.linspace(start, end, POINTS)
+    even = np.linspace(start, end, HISTORY_POINTS)
     t = np.unique(np.concatenate([even, inside, np.nextafter(inside, -np.inf)]))
     return t, run.forces(t)

@@ -16,7 +16,7 @@ from vibroimpact.plotting import style
 from vibroimpact.plotting.element_states import draw_states, motion_of
 from vibroimpact.simulation.simulate import Run, latest
 
-POINTS = 4000  # per picture: more than the pixels of a printed column
+HISTORY_POINTS = 4000  # a curve has more points than a printed column has pixels
 STOPS = ((1, "A", style.BLUE, "^"), (-1, "B", style.VERMILION, "v"))
 COLOURS = (style.BLACK, style.ORANGE, style.GREEN, style.PURPLE, style.SKY)
 
@@ -71,7 +71,7 @@ def sampled(
     """Times of a window, including those of events so that corners stay sharp, and positions."""
     start, end = window_of(run, t0, t1)
     events = run.time[(run.time > start) & (run.time < end)]
-    t = np.union1d(np.linspace(start, end, POINTS), events)
+    t = np.union1d(np.linspace(start, end, HISTORY_POINTS), events)
     return t, run.at(t)[0]
 
 

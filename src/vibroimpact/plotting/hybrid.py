@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_kind
 from vibroimpact.plotting import style
-from vibroimpact.plotting.history import COLOURS, POINTS
+from vibroimpact.plotting.history import COLOURS, HISTORY_POINTS
 from vibroimpact.simulation.hybrid_run import HybridRun
 
-LIGHT = 0.75  # share of white in the shade of a mode
+WHITE_SHARE = 0.75  # the shade of a mode has this share of white
 
 
 def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
@@ -32,11 +32,11 @@ def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
     """
     check_kind("run", run, HybridRun, "a HybridRun, as vi.simulate_hybrid gives")
     last = float(run.time[-1]) if len(run) else 0.0
-    t = np.union1d(np.linspace(0.0, last, POINTS), run.time)
+    t = np.union1d(np.linspace(0.0, last, HISTORY_POINTS), run.time)
     names = [name for name in run.system.modes if name in run.modes]
     names += sorted(set(run.modes) - set(names))  # those that slide
     shades = {
-        name: style.mixed(colour, "#FFFFFF", LIGHT)
+        name: style.mixed(colour, "#FFFFFF", WHITE_SHARE)
         for name, colour in zip(names, style.series(len(names)), strict=True)
     }
     with style.drawing(ax, width=1.6 * style.WIDTH) as ax:

@@ -19,20 +19,21 @@ from numpy.typing import ArrayLike
 
 from vibroimpact._core.types import Floats
 
-SIZE = 7.5  # points
+LABEL_POINTS = 7.5  # labels are so high
 DIRECTIONS = (
     (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (0.0, 1.0), (0.0, -1.0), (1.0, 0.0),
     (-1.0, 0.0), (0.5, 1.0), (-0.5, 1.0), (0.5, -1.0), (-0.5, -1.0),
 )  # fmt: skip
 DISTANCES = (5.0, 11.0, 18.0, 26.0, 34.0, 44.0, 56.0)  # points, nearest first
-LED = 18.0  # points: from here on a thin line leads to the label
-NEAR = tuple(distance for distance in DISTANCES if distance < LED)
+LED_POINTS = 18.0  # from this distance on a thin line leads to the label
+DISTANCES_WITHOUT_LINE = tuple(distance for distance in DISTANCES if distance < LED_POINTS)
 OF_LINE = 1.0  # cost of covering a sample of a line
 OF_MARK = tuple((x, y) for x in (-1.0, 0.0, 1.0) for y in (-1.0, 0.0, 1.0))  # samples of a mark
-FARTHER = 0.35  # cost of a point of distance
-PADDING = 1.0  # points around a label, the halo among them
-CROWD = 4.0  # samples: a label that only lies near is left out where it would cover more
-SPACING = 3.0  # points between two samples of a line
+COST_PER_POINT = 0.35  # a point of distance costs so much
+PADDING_POINTS = 1.0  # a label has so much room around it, the halo included
+# A label that only lies near is left out where it would cover more samples.
+MOST_COVERED_SAMPLES = 4.0
+SAMPLE_POINTS = 3.0  # two samples of a line are so far apart
 PER_INCH = 72.0
 HALO = withStroke(linewidth=1.6, foreground="white")
 
@@ -54,7 +55,14 @@ class Labels:
         self.wanted: list[_Label] = []
 
     def add(
-        self, text: str, x: float, y: float, colour: str, *, size: float = SIZE, led: bool = True
+        self,
+        text: str,
+        x: float,
+        y: float,
+        colour: str,
+        *,
+        size: float = LABEL_POINTS,
+        led: bool = True,
     ) -> None:
         """Add a label for the point (x, y), which may be as far as a line leads to it, or only near."""
         if np.isfinite(x) and np.isfinite(y):
@@ -73,9 +81,10 @@ class Labels:
             )
             free = [
                 (_cost(box, distance, busy), tuple(box))
-                for distance in (DISTANCES if label.led else NEAR)
+                for distance in (DISTANCES if label.led else DISTANCES_WITHOUT_LINE)
                 for box in (_box(at, size, d, distance) for d in DIRECTIONS)
-                if _is_free(box, taken, frame) and (label.led or _covered(box, busy) <= CROWD)
+                if _is_free(box, taken, frame)
+                and (label.led or _covered(box, busy) <= MOST_COVERED_SAMPLES)
             ]
             if not free:
                 continue
@@ -121,7 +130,7 @@ class Labels:
 
 def _filled(first: Floats, last: Floats) -> Floats:
     """Samples between two corners of a line."""
-    count = min(int(np.hypot(*(last - first)) / SPACING), 200)
+    count = min(int(np.hypot(*(last - first)) / SAMPLE_POINTS), 200)
     return first + (last - first) * (np.arange(1, count + 1) / (count + 1))[:, None]
 
 
@@ -138,7 +147,7 @@ def _size(text: str, points: float) -> Floats:
         TextPath((0.0, 0.0), part, size=points, prop=FontProperties()).get_extents().size[axis]
         for axis, part in enumerate((text, "lp"))
     )
-    return np.array([width, height]) + 2.0 * PADDING
+    return np.array([width, height]) + 2.0 * PADDING_POINTS
 
 
 def _is_free(box: Floats, taken: Floats, frame: Floats) -> bool:
@@ -149,7 +158,7 @@ def _is_free(box: Floats, taken: Floats, frame: Floats) -> bool:
 
 
 def _cost(box: Floats, distance: float, busy: Floats) -> float:
-    return OF_LINE * min(_covered(box, busy), 10.0) + FARTHER * distance
+    return OF_LINE * min(_covered(box, busy), 10.0) + COST_PER_POINT * distance
 
 
 def _covered(box: Floats, busy: Floats) -> float:
@@ -159,7 +168,7 @@ def _covered(box: Floats, busy: Floats) -> float:
 
 def _leader(offset: Floats) -> dict[str, object] | None:
     """Arrow style of the thin line to a label that is far from its point."""
-    if np.hypot(*offset) < LED:
+    if np.hypot(*offset) < LED_POINTS:
         return None
     return {
         "arrowstyle": "-", "linewidth": 0.4, "color": "#8C8C8C", "shrinkA": 3.0, "shrinkB": 3.0,

@@ -116,7 +116,7 @@ def _parts(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
 
 
 def _stop(part: Element) -> str:
-    """Where a stop is met, and its law."""
+    """Place at which a stop is met, and its law."""
     row = re.sub(r"(?<=\w)([+-])", r" \1 ", re.sub(r"[_{}\\,]", "", combination(part.row)))
     low, high = (
         "" if is_infinite(limit) else number(limit) for limit in map(part.limit_at, (-1, 1))

@@ -24,8 +24,9 @@ EDGE = "#B0B0B0"  # around the patches of a legend, so that a white one is visib
 FAILED = ("#A08060", "#55351A", "#E3D2B8", "#7A5A3A", "#C2A27E")  # statuses, one after the other
 CYCLES = re.compile(r"\d+-(?=\d+-\d)")
 PAIR = re.compile(r"(\d+)-(\d+)")  # impacts at stops A and B of a contact
-QUANTILE = 0.995  # of the numbers on each side: the rest saturates
-ROUNDING = 64.0 * np.finfo(float).eps  # of steps that are meant to be equal
+SHOWN_QUANTILE = 0.995  # this part of the numbers on each side is shown: the rest saturates
+# Steps that are meant to be equal differ by less, relative to the values.
+EQUAL_STEPS_RELATIVE = 64.0 * np.finfo(float).eps
 
 
 class Shade(NamedTuple):
@@ -148,7 +149,7 @@ def ends(values: NDArray[np.float64]) -> tuple[float, float]:
     known = values[np.isfinite(values)]
     if not known.size:
         return 0.0, 1.0
-    low, high = np.quantile(known, [1.0 - QUANTILE, QUANTILE])
+    low, high = np.quantile(known, [1.0 - SHOWN_QUANTILE, SHOWN_QUANTILE])
     return float(low), float(high)
 
 
@@ -174,7 +175,7 @@ def geometric(points: NDArray[np.float64]) -> bool:
 def _even(points: NDArray[np.float64]) -> bool:
     """Whether steps are equal within rounding."""
     size = float(np.abs(points).max()) + 1.0
-    return bool(np.ptp(np.diff(points)) <= ROUNDING * size)
+    return bool(np.ptp(np.diff(points)) <= EQUAL_STEPS_RELATIVE * size)
 
 
 def edges(centres: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -135,7 +135,7 @@ def _points(
         "s": 5.0,
         "linewidths": 0.0,
         "zorder": 3,
-        "rasterized": flat.size > style.MANY,
+        "rasterized": flat.size > style.MOST_VECTOR_POINTS,
     }
     if along is None:
         ax.scatter(flat.real, flat.imag, color=style.BLUE, **look)

@@ -12,7 +12,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
-from vibroimpact.plotting.history import POINTS, window_of
+from vibroimpact.plotting.history import HISTORY_POINTS, window_of
 from vibroimpact.plotting.variables import combination
 from vibroimpact.simulation.simulate import Run
 
@@ -62,7 +62,7 @@ def plot_phase_portrait(
 def _flights(run: Run, row: Floats, t0: float, t1: float) -> tuple[Floats, Floats]:
     """Lines of the flights; a NaN at each event breaks the line there."""
     inside = (run.time > t0) & (run.time <= t1)
-    t = np.linspace(t0, t1, POINTS)
+    t = np.linspace(t0, t1, HISTORY_POINTS)
     place, speed = (part @ row for part in run.at(t))
     at, events = np.searchsorted(t, run.time[inside]), run.position[inside] @ row
     gap = np.full(events.size, np.nan)

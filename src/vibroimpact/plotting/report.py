@@ -43,10 +43,10 @@ from vibroimpact.response.response import Response
 
 PAGES = (".html",)
 PLAIN = "Numbers are in the units in which the machine was given."
-ROWS = 5  # values of the parameter in the table of answers
-FEW = 8  # names of motions in a cell
-RUNS = 3  # stretches of the parameter in a cell
-TIMES = 2.0  # ratios from here on are not in per cent
+TABLE_VALUES = 5  # the table of answers has so many values of the parameter
+MOST_CELL_NAMES = 8  # a cell lists so many names of motions at most
+MOST_CELL_STRETCHES = 3  # a cell lists so many stretches of the parameter at most
+LEAST_WRITTEN_RATIO = 2.0  # a smaller ratio is written in per cent
 
 
 def report_of(
@@ -147,7 +147,7 @@ def comparison_sentence(response: Response, which: str) -> str:
 
 def _share(factor: float) -> str:
     """A ratio in words."""
-    if factor >= TIMES:
+    if factor >= LEAST_WRITTEN_RATIO:
         return f"{factor:.3g} times as much"
     return f"{100.0 * abs(1.0 - factor):.3g} % {'less' if factor < 1.0 else 'more'}"
 
@@ -165,7 +165,7 @@ def coexistence_sentence(response: Response) -> str:
 
 
 def settled(response: Response) -> list[list[Answer]]:
-    """At each simulated value every motion on which the machine settles.
+    """Motions at each simulated value on which the machine settles.
 
     These are the motions that were simulated, and stable orbits that no start reached.
     """
@@ -184,7 +184,7 @@ def _unreached(response: Response, value: float, many: Sequence[Answer]) -> Iter
 
 
 def without_words(system: System) -> str:
-    """What the machine with all stops open is."""
+    """Sentence that says what the machine with all stops open is."""
     try:
         primary_of(system)
     except InvalidParameterError:
@@ -193,7 +193,7 @@ def without_words(system: System) -> str:
 
 
 def machine_words(system: System) -> str:
-    """What a machine is."""
+    """Sentence that says what a machine is."""
     name = name_of(system)
     return name.replace("-", " ") if name else "vibro-impact machine"
 
@@ -262,7 +262,7 @@ def response_section(response: Response, compare: Sequence[str], *, decibel: boo
 
 
 def meaning(response: Response) -> str:
-    """What is measured."""
+    """Section of what is measured."""
     measure = response.measure
     first = " ".join((inspect.getdoc(type(measure)) or "").partition("\n\n")[0].split())
     text = getattr(measure, "text", "")
@@ -270,7 +270,7 @@ def meaning(response: Response) -> str:
 
 
 def motion_section(response: Response) -> list[Block]:
-    """Which kinds of motion occur, where, and how large they are."""
+    """Section of the kinds of motion that occur, where, and how large they are."""
     answers = [answer for many in settled(response) for answer in many]
     grouped = {
         kind: [answer for answer in answers if kind_of(answer.motion) == kind] for kind in KINDS
@@ -303,7 +303,7 @@ def _where(response: Response, places: Collection[float]) -> str:
     inside = np.isin(response.values, [*places])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
     runs = list(zip(edges[::2].tolist(), (edges[1::2] - 1).tolist(), strict=True))
-    if len(runs) > RUNS:
+    if len(runs) > MOST_CELL_STRETCHES:
         return f"{_span(response, runs[0][0], runs[-1][1])}, in {len(runs)} stretches"
     return ", ".join(_span(response, first, last) for first, last in runs)
 
@@ -315,8 +315,8 @@ def _span(response: Response, first: int, last: int) -> str:
 
 
 def _few(names: Sequence[str]) -> str:
-    more = len(names) - FEW
-    return ", ".join(names[:FEW]) + (f" and {more} more" if more > 0 else "")
+    more = len(names) - MOST_CELL_NAMES
+    return ", ".join(names[:MOST_CELL_NAMES]) + (f" and {more} more" if more > 0 else "")
 
 
 def table_of_answers(response: Response) -> Table:
@@ -326,7 +326,11 @@ def table_of_answers(response: Response) -> Table:
     head += ["rms"] if has_rms(response) else []
     head += ["the motion", "reached by"]
     head += [without_words(response.system)] if is_comparable(response) else []
-    rows = [row for own in response.band.values(ROWS).tolist() for row in _rows_at(response, own)]
+    rows = [
+        row
+        for own in response.band.values(TABLE_VALUES).tolist()
+        for row in _rows_at(response, own)
+    ]
     return Table(head, rows, "All motions on which the machine settles, the largest first.")
 
 
@@ -354,7 +358,7 @@ def _rows_at(response: Response, own: float) -> Iterator[list[str]]:
 
 
 def limits(response: Response) -> Iterator[str]:
-    """What the statement is true of, and what may be missing."""
+    """Section of what the statement is true of, and what may be missing."""
     m, s = mechanism_of(response.system), response.simulation
     if m.rigid_stops:
         both = sorted({x for one in m.rigid_stops for x in one.restitutions})

@@ -24,13 +24,14 @@ from vibroimpact.response.tuned import TunedDamper
 
 BESIDE = {"linear": (style.GREY, "linear, stops open"), "tuned": (style.GREEN, "tuned mass damper")}
 SIMULATED, SEEN = style.VERMILION, style.SILVER
-SHARES = (0.0, 0.25, 0.5, 0.75)  # of a stretch
-HIGH = 1.15  # of what settles: values of motions that do not settle are cut off above
-DECIBELS = 60.0  # below the largest value: less is cut off
+STRETCH_SHARES = (0.0, 0.25, 0.5, 0.75)  # values are taken at these shares of a stretch
+# Values of motions that do not settle are cut off above so many times those of what settles.
+TOP_FACTOR = 1.15
+SHOWN_DECIBELS = 60.0  # values that are farther below the largest are cut off
 
 
 class _Axes(NamedTuple):
-    """Where values go: factor of the band, whether in decibels, and of which quantity."""
+    """Scales of both axes: factor of the band, whether in decibels, and of which quantity."""
 
     over: float
     decibel: bool
@@ -155,10 +156,12 @@ def _curves(ax: Axes, response: Response, axes: _Axes) -> None:
 def _drawn(curve: ResponseCurve) -> tuple[Floats, Floats, Integers]:
     """A curve with points between its own, by its derivatives: a resonance is sharp."""
     p = curve.parameter
-    inner = [(k, p[k] + share * (p[k + 1] - p[k])) for k in range(len(p) - 1) for share in SHARES]
+    inner = [
+        (k, p[k] + share * (p[k + 1] - p[k])) for k in range(len(p) - 1) for share in STRETCH_SHARES
+    ]
     places = np.append([place for _, place in inner], p[-1])
     values = np.append([curve.between(k, float(place)) for k, place in inner], curve.value[-1])
-    return places, values, np.repeat(curve.stability, len(SHARES))
+    return places, values, np.repeat(curve.stability, len(STRETCH_SHARES))
 
 
 def _named(kind: Stability) -> str:
@@ -194,10 +197,10 @@ def _limits(ax: Axes, response: Response, axes: _Axes, others: list[Floats]) -> 
         return
     top = float(axes.y([max(values)])[0])
     if axes.decibel:
-        low = max(float(axes.y([min(values)])[0]), top - DECIBELS)
+        low = max(float(axes.y([min(values)])[0]), top - SHOWN_DECIBELS)
         ax.set_ylim(low - 3.0, top + 3.0)
     else:
-        ax.set_ylim(0.0, HIGH * top)
+        ax.set_ylim(0.0, TOP_FACTOR * top)
 
 
 def plot_tuned_damper(damper: TunedDamper, *, ax: Axes | None = None) -> Axes:

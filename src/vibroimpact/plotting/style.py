@@ -38,12 +38,13 @@ UNDATED: Any = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # metad
 
 WIDTH = 3.4  # inches: one column of a journal
 HEIGHT = 2.5
-MANY = 2000  # points above which a scatter is stored as pixels, not as one path each
+LEGEND_ROW_INCHES = 0.17  # a row of a legend is so high
+MOST_VECTOR_POINTS = 2000  # a scatter of more points is stored as pixels, not as one path each
 PIXELS_PER_INCH = 300
 LEGEND_MARKER = 4.0  # points
-FOOT = 0.012  # of the height of the axes: the first row of marks at the lower edge
+FOOT_OF_AXES = 0.012  # the first row of marks at the lower edge is so high, relative to the axes
 SHADES = ((BLACK, 0.0), (BLACK, 0.45), ("#FFFFFF", 0.45), (BLACK, 0.7), ("#FFFFFF", 0.7))
-ROUNDING = 1e-10  # of its size: a number that varies less along an axis is drawn as constant
+CONSTANT_RELATIVE_RANGE = 1e-10  # a number that varies less along an axis is drawn as constant
 
 RC: Any = {
     "font.family": "STIXGeneral",
@@ -98,7 +99,7 @@ def widen_constant(ax: Axes) -> None:
     """Widen the ordinate where the data vary by rounding only."""
     low, high = ax.get_ylim()
     middle, size = (low + high) / 2.0, max(abs(low), abs(high))
-    if abs(high - low) < ROUNDING * size:
+    if abs(high - low) < CONSTANT_RELATIVE_RANGE * size:
         ax.set_ylim(middle - 0.05 * size, middle + 0.05 * size)
 
 
@@ -144,7 +145,7 @@ def whole_range(ax: Axes, values: Any) -> None:
 def at_foot(ax: Axes, x: Any, colour: str, row: int = 0) -> None:
     """Draw marks in a row at the lower edge, for values of a parameter without a point."""
     if len(x):
-        y, looks = FOOT * (1 + 2 * row), {"color": colour, "marker": "s", "markersize": 2.0}
+        y, looks = FOOT_OF_AXES * (1 + 2 * row), {"color": colour, "marker": "s", "markersize": 2.0}
         points(ax, x, np.full(len(x), y), transform=ax.get_xaxis_transform(), **looks)
 
 
@@ -155,8 +156,8 @@ def points(ax: Axes, x: Any, y: Any, **style: Any) -> None:
         "linestyle": "none",
         "marker": "o",
         "markeredgewidth": 0.0,
-        "markersize": 1.0 if count > MANY else 1.8 if count > 100 else 4.0,
-        "rasterized": count > MANY,
+        "markersize": 1.0 if count > MOST_VECTOR_POINTS else 1.8 if count > 100 else 4.0,
+        "rasterized": count > MOST_VECTOR_POINTS,
     }
     ax.plot(x, y, **(given | style))
 

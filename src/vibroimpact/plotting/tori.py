@@ -16,7 +16,7 @@ from vibroimpact.plotting.sections import coordinate_label, coordinate_names
 from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
 
-SMOOTH = 8  # points drawn per node
+POINTS_PER_NODE = 8  # a circle is drawn through so many points per node
 
 
 def plot_invariant_circle(
@@ -43,7 +43,7 @@ def plot_invariant_circle(
         admissible.
     """
     check_kind("circle", circle, Circle, "a Circle, as vi.find_circle gives")
-    phi = np.linspace(0.0, 1.0, SMOOTH * circle.nodes)
+    phi = np.linspace(0.0, 1.0, POINTS_PER_NODE * circle.nodes)
     machine = circle.signature is not None
     rows = circle.states(phi) if machine else circle.at(phi)
     size = rows.shape[1]

@@ -20,10 +20,10 @@ from vibroimpact.transients.record_response import RecordResponse
 from vibroimpact.transients.response_spectrum import ResponseSpectrum
 from vibroimpact.transients.sine_sweep import SineSweep
 
-POINTS = 6000  # per picture
-MANY = 200  # impacts, above which marks are small
-BEYOND = 1.3  # of the later fall: where a decay is cut off
-PANELS = (1, 3)  # heights of a record and of the response to it
+TRANSIENT_POINTS = 6000  # a curve of a transient has so many points
+MOST_LARGE_MARKS = 200  # marks of more impacts are small
+SHOWN_FALLS = 1.3  # a decay is cut off after so many times the later fall
+PANEL_HEIGHTS = (1, 3)  # a record and the response to it have heights in this ratio
 SPECTRA = {
     "displacement": "largest $|x|$",
     "pseudo_velocity": r"pseudo-velocity $\omega_n\,\max|x|$",
@@ -57,9 +57,9 @@ def plot_free_decay(decay: FreeDecay, *, ax: Axes | None = None) -> Axes:
     check_kind("decay", decay, FreeDecay, "a FreeDecay, as vi.free_decay gives")
     units = units_of(decay.system)
     falls = [time for time in (decay.time, decay.time_without) if np.isfinite(time)]
-    end = min(decay.duration, BEYOND * max(falls, default=np.inf)) or decay.duration
+    end = min(decay.duration, SHOWN_FALLS * max(falls, default=np.inf)) or decay.duration
     cut = max(1.0, decay.duration / end)
-    t, with_impacts, without = decay.histories(int(POINTS * min(cut, 50.0)))
+    t, with_impacts, without = decay.histories(int(TRANSIENT_POINTS * min(cut, 50.0)))
     shown = t <= end
     looks = ((without, decay.time_without, style.ORANGE, "without impacts"),
              (with_impacts, decay.time, style.BLUE, "with impacts"))  # fmt: skip
@@ -175,13 +175,13 @@ def plot_record_response(
     first = float(response.record.time[0])
     last = first + response.duration
     hits = np.clip(response.impact_times, first, last)
-    t = np.union1d(np.linspace(first, last, POINTS), hits)
+    t = np.union1d(np.linspace(first, last, TRANSIENT_POINTS), hits)
     alone = ax is not None
     with style.drawing(ax, width=1.8 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
         if not alone:
             _record(_above(ax), response.record, units)
         ax.plot(t, response.row_at(row, t), color=style.BLACK, linewidth=0.7)
-        small = len(hits) > MANY
+        small = len(hits) > MOST_LARGE_MARKS
         for side, name, colour, marker in STOPS:
             chosen = hits[response.run.side[response.run.impacts] == side]
             if chosen.size:
@@ -245,7 +245,7 @@ def _above(ax: Axes) -> Axes:
     """Axes above those of a figure, for the same times."""
     figure = ax.get_figure(root=True)
     assert figure is not None
-    grid = figure.add_gridspec(2, 1, height_ratios=PANELS)
+    grid = figure.add_gridspec(2, 1, height_ratios=PANEL_HEIGHTS)
     ax.set_subplotspec(grid[1])
     above: Axes = figure.add_subplot(grid[0], sharex=ax)
     above.tick_params(bottom=False, labelbottom=False)

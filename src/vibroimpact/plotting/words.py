@@ -10,7 +10,7 @@ from matplotlib.ticker import EngFormatter
 from vibroimpact.response.answers import Answer
 from vibroimpact.response.curves import is_silent
 
-DIGITS = 4
+SHOWN_DIGITS = 4
 PREFIXED = ("m", "m/s", "m/s²", "N", "N s", "W", "N/m", "N s/m")  # mm, kN; but no kkg
 SYMBOL = re.compile(r"(\d+)-(\d+-\d+(?:,\d+-\d+)*)(?: \(contact .*\))?")
 SILENT = "no impacts"
@@ -23,7 +23,7 @@ KINDS = {  # what a motion does, the calmest first
 }
 
 
-def number(value: float, unit: str = "", *, digits: int = DIGITS) -> str:
+def number(value: float, unit: str = "", *, digits: int = SHOWN_DIGITS) -> str:
     """A number to a few digits with its unit, in mm or kN where that reads better."""
     if not math.isfinite(value):
         return "unbounded" if math.isinf(value) else "not known"
@@ -43,7 +43,7 @@ def kind_of(motion: str) -> str:
 
 
 def motion_in_words(motion: str) -> str:
-    """What a motion does, from its name: "repeats every forcing period, with 1 impact ..."."""
+    """Say what a motion does, from its name: "repeats every forcing period, with 1 impact ..."."""
     kind = kind_of(motion)
     found = SYMBOL.fullmatch(motion)
     if found is None or kind == SILENT:
@@ -65,10 +65,10 @@ def _impacts(count: int) -> str:
 
 
 def value_of(answer: Answer) -> str:
-    """What is measured of a motion, with its unit."""
+    """Value that is measured of a motion, with its unit."""
     return number(answer.value, answer.shown.unit)
 
 
 def place_of(answer: Answer) -> str:
-    """Where on the band a motion is, with its unit."""
+    """Place of a motion on the band, with its unit."""
     return number(answer.parameter_shown, answer.shown.unit_across)

@@ -3,8 +3,8 @@
 Method      Members of :func:`~vibroimpact.sweep` at every value of a parameter: one motion followed
             upwards, then downwards, and one from each random start. Members at one value are one
             answer where their motions have the same kind and the same ranges of all coordinates,
-            within SAME of the largest for periodic motions, within ALIKE for others, whose ranges in
-            a window scatter; mirror images are one answer.
+            within SAME_PERIODIC_OF_RANGE of the largest for periodic motions, within
+            SAME_IRREGULAR_OF_RANGE for others, whose ranges in a window scatter; mirror images are one answer.
 Accuracy    of measured numbers, that of the members; extremes of motions that are not periodic grow
             with the length of the window
 Fails       attractors with small basins are missed; slow transients are answers of their own
@@ -39,11 +39,16 @@ from vibroimpact.sweeps.sweep import sweep
 if TYPE_CHECKING:
     import xarray as xr
 
-SAME, ALIKE = 1e-4, 0.1  # of the largest range of a coordinate
-COMPARED = 12  # coordinates whose ranges tell motions apart, at most
-FASTER = 1.5  # random speeds reach so many times those of the linear machine
-OTHERS = ("chaotic", "not periodic", "no impacts")  # kinds that are no symbol
-OBSERVED = ("symbol", "impacts", "lyapunov", "final")
+# Ranges of one periodic motion agree so well, relative to the largest.
+SAME_PERIODIC_OF_RANGE = 1e-4
+SAME_IRREGULAR_OF_RANGE = 0.1  # ranges of one motion that is not periodic agree so well
+COMPARED_COORDINATES = 12  # the ranges of so many coordinates at most tell motions apart
+SAMPLED_MACHINES = 9  # so many machines of the band tell the size of random speeds
+SPEED_FACTOR = 1.5  # random speeds reach so many times those of the linear machine
+# A motion that has no symbol has one of these words.
+WORDS_WITHOUT_SYMBOL = ("chaotic", "not periodic", "no impacts")
+# Sweeps hold these observers besides those of the measure.
+OBSERVER_NAMES = ("symbol", "impacts", "lyapunov", "final")
 
 
 class Shown(NamedTuple):
@@ -108,7 +113,7 @@ class Answer:
     @property
     def periodic(self) -> bool:
         """Whether it is a periodic motion with impacts, or an orbit without."""
-        return self.orbit is not None or self.motion not in OTHERS
+        return self.orbit is not None or self.motion not in WORDS_WITHOUT_SYMBOL
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable" if self.admissible else "not admissible"
@@ -176,9 +181,9 @@ class Simulation:
     def _observers(self) -> list[str | Observer]:
         measured = [one for measure in self.measures for one in measure.observers]
         n = mechanism_of(self.system).degrees
-        units = np.eye(n)[:COMPARED].tolist()
+        units = np.eye(n)[:COMPARED_COORDINATES].tolist()
         ranges = [Extremes(row=tuple(row), label=f"range{i}") for i, row in enumerate(units)]
-        return [*OBSERVED, *ranges, *(one for one in measured if not isinstance(one, Final))]
+        return [*OBSERVER_NAMES, *ranges, *(one for one in measured if not isinstance(one, Final))]
 
     @property
     def measures(self) -> tuple[Measure, ...]:
@@ -198,7 +203,11 @@ class Simulation:
         largest[largest == 0.0] = 1.0
         groups: list[list[_Row]] = []
         for row in sorted(rows, key=lambda r: tuple(-r.ranges)):
-            near = SAME if row.motion not in OTHERS else ALIKE
+            near = (
+                SAME_PERIODIC_OF_RANGE
+                if row.motion not in WORDS_WITHOUT_SYMBOL
+                else SAME_IRREGULAR_OF_RANGE
+            )
             for group in groups:
                 apart = np.abs(group[0].ranges - row.ranges) / largest
                 if group[0].motion == row.motion and apart.max() <= near:
@@ -222,7 +231,11 @@ class Simulation:
     def _measured(self, value: float, row: _Row) -> list[float]:
         """The measures of a motion that is run on, for its own period or for the window."""
         system = with_parameter(self.system, self.parameter, value)
-        cycles = self.periods if row.motion in OTHERS else float(row.motion.partition("-")[0])
+        cycles = (
+            self.periods
+            if row.motion in WORDS_WITHOUT_SYMBOL
+            else float(row.motion.partition("-")[0])
+        )
         span = cycles * 2.0 * math.pi / mechanism_of(system).omega
         return of_run(self.measures, simulate(system, row.state, t_max=span, impacts=2**40), span)
 
@@ -320,7 +333,7 @@ def random_starts(
                 np.abs(state[: m.degrees]).max() + np.abs(state[m.degrees : -1]).max() / omega
             )
         speeds.append(omega * size)
-    speed = FASTER * float(np.median(speeds)) or 1.0
+    speed = SPEED_FACTOR * float(np.median(speeds)) or 1.0
     ranges = {f"v{i + 1}": (-speed, speed) for i in with_mass(m)}
     return RandomStarts(count, seed, ranges | {"phase": (0.0, 2.0 * math.pi)}, start)
 

@@ -16,8 +16,10 @@ from vibroimpact.model.parameters import expanded, parameter_value, with_paramet
 from vibroimpact.model.system import System, mechanism_of
 
 Unit = Literal["", "Hz"]
-FACTORS = {"": 1.0, "Hz": 1.0 / (2.0 * math.pi)}  # from the unit of the parameter
-FACTOR = 1e-9  # relative: a parameter that all frequencies are proportional to
+# By unit of the band: the factor from the unit of the parameter.
+BAND_FACTORS = {"": 1.0, "Hz": 1.0 / (2.0 * math.pi)}
+# All frequencies are so nearly proportional to a parameter that scales them.
+PROPORTIONAL_RELATIVE = 1e-9
 
 
 class Band(NamedTuple):
@@ -38,8 +40,8 @@ class Band(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """From the unit of the parameter to that of the band."""
-        return FACTORS[self.unit]
+        """Factor from the unit of the parameter to that of the band."""
+        return BAND_FACTORS[self.unit]
 
     def values(self, count: int) -> Floats:
         """Evenly spaced values in the unit of the parameter, both ends included."""
@@ -68,10 +70,10 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     parameter_value(system, parameter)
     low, high = ends_of("band", band)
     check_kind("unit", unit, str, '"Hz" or ""')
-    check_choice("unit", unit, [*FACTORS])
+    check_choice("unit", unit, [*BAND_FACTORS])
     if unit:
         _check_frequency(system, parameter, unit)
-    found = Band(parameter, low / FACTORS[unit], high / FACTORS[unit], unit)
+    found = Band(parameter, low / BAND_FACTORS[unit], high / BAND_FACTORS[unit], unit)
     for value in (found.low, found.high):
         _check_value(system, parameter, value)
     return found
@@ -85,9 +87,9 @@ def is_frequency(system: System, parameter: str) -> bool:
     value, varied = parameter_value(system, parameter), expanded(system, parameter)
     for force in varied.forces:
         omega, by = jet(force.omega).coefficients[:2]
-        if abs(by * value - omega) > FACTOR * omega:
+        if abs(by * value - omega) > PROPORTIONAL_RELATIVE * omega:
             return False
-    return abs(derivative(jet(varied.omega)) - 1.0) <= FACTOR
+    return abs(derivative(jet(varied.omega)) - 1.0) <= PROPORTIONAL_RELATIVE
 
 
 def _check_frequency(system: System, parameter: str, unit: str) -> None:

@@ -31,10 +31,12 @@ if TYPE_CHECKING:
     from vibroimpact.response.response import Response
 
 COMPARISONS = ("linear", "tuned")
-POINTS = 200
-FAR = 1e100  # of a stop that is never met
-SUMMIT = 1e-6  # relative: a maximum is located so well, and is one if it is so much higher
-UNBOUNDED = 1e4  # times the largest value at those: a resonance without damping
+COMPARED_POINTS = 200  # a comparison is measured at so many values of the band
+UNREACHED_LIMIT = 1e100  # a stop at this limit is never met
+# A maximum is located so well, and is one if it is so much higher than its neighbours.
+MAXIMUM_RELATIVE = 1e-6
+# A value that is so many times the largest of the others is a resonance without damping.
+RESONANCE_RATIO = 1e4
 
 _KNOWN: WeakKeyDictionary[Response, dict[str, tuple[Floats, Floats]]] = WeakKeyDictionary()
 
@@ -82,13 +84,13 @@ def comparison(response: Response, which: str) -> tuple[Floats, Floats]:
     """
     known = _KNOWN.setdefault(response, {})
     if which not in known:
-        values, measured = response.band.values(POINTS), measured_beside(response, which)
+        values, measured = response.band.values(COMPARED_POINTS), measured_beside(response, which)
         known[which] = values, np.array([measured(value) for value in values.tolist()])
     return known[which]
 
 
 def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
-    """Where a linear machine beside a response has its largest value in the band, and this value.
+    """Place of the largest value of a linear machine beside a response in the band, and this value.
 
     The value is infinite at an undamped resonance, NaN where the machine has no steady motion. The
     place is NaN where the value is the same all over the band.
@@ -104,16 +106,16 @@ def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
     if np.isnan(measured).all():
         return math.nan, math.nan
     k = int(np.nanargmax(measured))
-    if measured[k] - np.nanmin(measured) <= SUMMIT * measured[k]:
+    if measured[k] - np.nanmin(measured) <= MAXIMUM_RELATIVE * measured[k]:
         return math.nan, float(measured[k])
     inner = values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]
     value_at = measured_beside(response, which)
     found = minimize_scalar(
         lambda value: -value_at(value), bounds=inner, method="bounded",
-        options={"xatol": SUMMIT * (inner[1] - inner[0])},
+        options={"xatol": MAXIMUM_RELATIVE * (inner[1] - inner[0])},
     )  # fmt: skip
     largest, place = max((measured[k], values[k]), (-found.fun, found.x))
-    return float(place), float(largest) if largest < UNBOUNDED * measured[k] else math.inf
+    return float(place), float(largest) if largest < RESONANCE_RATIO * measured[k] else math.inf
 
 
 def is_comparable(response: Response) -> bool:
@@ -208,7 +210,7 @@ def _with_tuned(measure: Measure, system: System, tuned: TunedDamper) -> float:
             Harmonic(f.omega, (f.sine[p.coordinate], 0.0), (f.cosine[p.coordinate], 0.0))
             for f in m.forces
         ),
-        elements=(RigidStop((-1.0, 1.0), upper=FAR),),
+        elements=(RigidStop((-1.0, 1.0), upper=UNREACHED_LIMIT),),
     )
     if hasattr(measure, "base") and measure.base is None:
         machine_measure = replace(measure, base=_static(m, p))  # type: ignore[call-arg]

@@ -34,9 +34,11 @@ from vibroimpact.orbits.find import Guess, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.response.answers import Answer
 
-STEEP = 1e-13  # of the range: a zero of the derivative is located so well
-TOUCHED = 1e-14  # relative: a zero of the gap
-ON_CURVE, ARRIVING = 1e-3, 1e-4  # of all values: a simulated motion on an orbit, or nearly so
+EXTREMUM_OF_RANGE = 1e-13  # a zero of the derivative is located so well, relative to the range
+TOUCH_RELATIVE = 1e-14  # a zero of the gap is located so well
+# A simulated motion that is so near, relative to all values, is on an orbit.
+ON_CURVE_OF_VALUES = 1e-3
+NEARLY_ON_CURVE_OF_VALUES = 1e-4  # one that is not periodic and so near is on it, too
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +166,11 @@ class ResponseCurve:
 
         low, high = sorted((float(self.parameter[k]), float(self.parameter[k + 1])))
         try:
-            return float(brentq(slope, low, high, xtol=STEEP * (high - low), rtol=STEEP))
+            return float(
+                brentq(
+                    slope, low, high, xtol=EXTREMUM_OF_RANGE * (high - low), rtol=EXTREMUM_OF_RANGE
+                )
+            )
         except (ArithmeticError, ValueError):
             return None
 
@@ -175,8 +181,8 @@ def likeness(motion: str, symbol: str) -> float:
     One that is not periodic may be on its way to the orbit.
     """
     if motion in names_of(symbol):
-        return ON_CURVE
-    return ARRIVING if motion == "not periodic" else 0.0
+        return ON_CURVE_OF_VALUES
+    return NEARLY_ON_CURVE_OF_VALUES if motion == "not periodic" else 0.0
 
 
 def names_of(symbol: str) -> tuple[str, ...]:
@@ -312,9 +318,9 @@ def _touches(gap: Callable[[float], float], values: Floats) -> list[LocatedPoint
     found_at = []
     for (a, low), (b, high) in itertools.pairwise(pairs):
         if low * high < 0.0 and math.isfinite(low) and math.isfinite(high):
-            value = float(brentq(gap, a, b, xtol=TOUCHED * (b - a), rtol=TOUCHED))
+            value = float(brentq(gap, a, b, xtol=TOUCH_RELATIVE * (b - a), rtol=TOUCH_RELATIVE))
             found_at.append(LocatedPoint(
                 test=TEST, parameter=value, z=np.empty(0), tangent=np.ones(1), arclength=value,
-                error=TOUCHED * (b - a), crossing=1 if high > 0.0 else -1,
+                error=TOUCH_RELATIVE * (b - a), crossing=1 if high > 0.0 else -1,
             ))  # fmt: skip
     return found_at

@@ -47,9 +47,10 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.find import SAME, Guess, find_orbit
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, find_orbit
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.response.answers import (
+    SAMPLED_MACHINES,
     Answer,
     Shown,
     Simulation,
@@ -73,11 +74,10 @@ if TYPE_CHECKING:
 
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
-NAMED = 8  # motions that a list names
-SAMPLED = 9  # machines of the band that tell the size of random speeds
-END = -1  # kind at the last point of a curve, from which no stretch begins
-TOUCH = 1e-6  # of the band: touches at one value
-TRIED = 3  # simulated motions of a kind from which an orbit is looked for
+MOST_NAMED_MOTIONS = 8  # a list names so many motions at most
+END_KIND = -1  # no stretch begins at the last point of a curve, which has this kind
+SAME_TOUCH_OF_BAND = 1e-6  # touches that are so near, relative to the band, are at one value
+TRIED_MOTIONS = 3  # an orbit is looked for from so many simulated motions of a kind
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,7 +231,7 @@ class Response(Result):
 
         name = self.parameter
         curves = self.curves
-        kinds = [np.append(curve.stability, END) for curve in curves]
+        kinds = [np.append(curve.stability, END_KIND) for curve in curves]
         answers = [answer for many in self.answers for answer in many]
         off = {id(answer) for answer in self.unexplained}
         measures = self.simulation.measures  # the others are those of its row
@@ -258,7 +258,7 @@ class Response(Result):
                     "point", np.concatenate(kinds).astype(np.int8) if kinds else np.empty(0, np.int8),
                     {
                         "long_name": "kind of the stretch to the next point",
-                        "flag_values": np.array([END, 0, 1, 2], dtype=np.int8),
+                        "flag_values": np.array([END_KIND, 0, 1, 2], dtype=np.int8),
                         "flag_meanings": "end_of_curve stable unstable not_admissible",
                     },
                 ),
@@ -337,8 +337,8 @@ def _order(motion: str) -> tuple[list[int], str]:
 
 def _listed(motions: list[str]) -> str:
     """A few motions by name, and how many more."""
-    more = len(motions) - NAMED
-    return ", ".join(motions[:NAMED]) + (f" and {more} more" if more > 0 else "")
+    more = len(motions) - MOST_NAMED_MOTIONS
+    return ", ".join(motions[:MOST_NAMED_MOTIONS]) + (f" and {more} more" if more > 0 else "")
 
 
 def _line(curve: ResponseCurve, across: float) -> str:
@@ -486,7 +486,9 @@ def _starts(
     if not starts:
         return None
     base = start if start is not None else rest_of(system)
-    sampled = [with_parameter(system, band.parameter, v) for v in band.values(SAMPLED).tolist()]
+    sampled = [
+        with_parameter(system, band.parameter, v) for v in band.values(SAMPLED_MACHINES).tolist()
+    ]
     return random_starts(system, sampled, starts, seed, base)
 
 
@@ -545,11 +547,11 @@ class _Search:
         """An orbit of the kind of motion with most members that is on no curve yet."""
         kinds: dict[str, list[Answer]] = {}
         for answer in (a for many in answers for a in many if self._open(a, size)):
-            if self.failed.get(answer.motion, 0) < TRIED:
+            if self.failed.get(answer.motion, 0) < TRIED_MOTIONS:
                 kinds.setdefault(answer.motion, []).append(answer)
         for kind in sorted(kinds, key=lambda k: -sum(a.members for a in kinds[k])):
             here = kinds[kind]
-            while self.failed.get(kind, 0) < TRIED:
+            while self.failed.get(kind, 0) < TRIED_MOTIONS:
                 share = (0.5, 0.25, 0.75)[self.failed.get(kind, 0)]
                 seed = self._orbit(here[int(share * (len(here) - 1))])
                 if seed is not None:
@@ -565,7 +567,7 @@ class _Search:
             orbit = find_orbit(system, answer.state)
         except InvalidParameterError as error:
             self.notes.append(f"{answer.motion}: {error}")
-            self.failed[answer.motion] = TRIED
+            self.failed[answer.motion] = TRIED_MOTIONS
             return None
         return (
             orbit
@@ -577,7 +579,7 @@ class _Search:
         loop, m = loop_of(orbit), orbit.mechanism
         count = len(orbit.signature.impacts)
         return any(
-            same_loop(loop, loop_of(other), m, SAME)
+            same_loop(loop, loop_of(other), m, SAME_ORBIT_RELATIVE)
             for branch in self.tree.branches
             if len(branch.family.signature.impacts) == count
             for other in orbits_at(branch, answer.parameter)
@@ -592,7 +594,7 @@ class _Search:
             branch = continue_orbit(orbit, self.simulation.parameter, self.bounds, **options)
         except InvalidParameterError as error:
             self.notes.append(f"{orbit.symbol} was not followed: {error}")
-            self.failed[orbit.symbol] = TRIED
+            self.failed[orbit.symbol] = TRIED_MOTIONS
             return
         before = len(self.tree.branches)
         self.tree.grow(branch, self.depth, self.most)
@@ -611,7 +613,7 @@ class _Search:
 
     def _touching(self, value: float) -> Orbit | None:
         """The orbit with an impact of no speed at a graze, where it is isolated and new."""
-        near = TOUCH * (self.band.high - self.band.low)
+        near = SAME_TOUCH_OF_BAND * (self.band.high - self.band.low)
         if any(
             point.record in (ZERO, GR) and abs(point.parameter - value) <= near
             for curve in self.curves[1:]

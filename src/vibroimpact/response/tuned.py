@@ -29,9 +29,9 @@ from vibroimpact._core.checks import check_choice, nonnegative, numbers, positiv
 from vibroimpact._core.types import Floats
 from vibroimpact.results.result import Result
 
-HEAVIEST = 1e6  # mass ratio, and damping ratio of the machine: polynomials of degree 8 of these
+LARGEST_RATIO = 1e6  # mass ratios, and damping ratios of the machine, enter polynomials of degree 8
 
-REAL = 1e-6  # relative: imaginary part of a double root
+REAL_ROOT_RELATIVE = 1e-6  # the imaginary part of a double root that is real is smaller
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,9 @@ class TunedDamper(Result):
         top, bottom = (_squared(part) for part in self._polynomials())
         slope = top.deriv() * bottom - top * bottom.deriv()
         roots = slope.roots()
-        real = roots.real[(np.abs(roots.imag) <= REAL * np.abs(roots)) & (roots.real > 0.0)]
+        real = roots.real[
+            (np.abs(roots.imag) <= REAL_ROOT_RELATIVE * np.abs(roots)) & (roots.real > 0.0)
+        ]
         places = np.sqrt(np.append(real, 0.0))
         heights = self.amplification(places)
         best = int(np.argmax(heights))
@@ -130,8 +132,8 @@ def tuned_damper(mass_ratio: float, zeta: float = 0.0, *, optimum: str = "minima
     """
     mu, z = positive("mass_ratio", mass_ratio), nonnegative("zeta", zeta)
     check_choice("optimum", optimum, ["minimax", "den hartog"])
-    if max(mu, z) > HEAVIEST:
-        raise refusal("mass_ratio, zeta", (mu, z), f"at most {HEAVIEST:g}")
+    if max(mu, z) > LARGEST_RATIO:
+        raise refusal("mass_ratio, zeta", (mu, z), f"at most {LARGEST_RATIO:g}")
     start = TunedDamper(mu, 1.0 / (1.0 + mu), math.sqrt(3.0 * mu / (8.0 * (1.0 + mu))), z)
     if optimum == "den hartog":
         return start

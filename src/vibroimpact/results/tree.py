@@ -265,7 +265,7 @@ class Missing:
         self._words = words
 
     def __call__(self, *_: Any, **__: Any) -> Any:
-        """Refuse."""
+        """Refuse to be called: the code is not there."""
         raise InvalidParameterError(
             f"{self._words} is code, which the file does not hold. Give the same system, vibroimpact.load(path, "
             "system), or compute the result again."
@@ -273,7 +273,7 @@ class Missing:
 
     @property
     def mechanism(self) -> Any:
-        """None: the code is not there."""
+        """Refuse to give a mechanism: the code is not there."""
         return self()
 
     def __repr__(self) -> str:

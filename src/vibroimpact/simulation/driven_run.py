@@ -15,7 +15,7 @@ from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import Run, RunEnd, assembled, begin, phases_of, settled
-from vibroimpact.simulation.simulator import ENDLESS
+from vibroimpact.simulation.simulator import ENDLESS_EVENTS
 
 
 class Lines(NamedTuple):
@@ -75,7 +75,7 @@ def simulate_driven(system: System, state: State, lines: Lines) -> Run:
 def _piece(compiled: Compiled, at: Any, time: float, length: float, parts: list[Any]) -> RunEnd:
     """Run along one line, and put its times on the clock of the run."""
     while True:
-        part = compiled.kernel.simulate(at, length, math.inf, ENDLESS, ENDLESS)
+        part = compiled.kernel.simulate(at, length, math.inf, ENDLESS_EVENTS, ENDLESS_EVENTS)
         high = part["high"] + time
         rest = high - time  # two-sum: what the clock loses goes to its lower part
         part["low"] = part["low"] + ((time - (high - rest)) + (part["high"] - rest))
@@ -87,7 +87,7 @@ def _piece(compiled: Compiled, at: Any, time: float, length: float, parts: list[
 
 
 def _hand_over(parts: list[Any], starts: list[tuple[list[float], int]], lines: Lines) -> None:
-    """After the event at the end of each line the motion is where the next one begins."""
+    """Hand the motion after the event at the end of each line over to the beginning of the next."""
     ends = [part for part in parts if part["why"] == RunEnd.HORIZON]
     followed = zip(ends, starts[1:], lines.value[1:], lines.slope[1:], strict=False)
     for part, (y, mode), value, slope in followed:

@@ -65,7 +65,7 @@ class HybridRun(Result):
     end
         :class:`RunEnd`, why the run ended.
     reason
-        The same in words, with the names of modes and guards where they matter.
+        The reason of the end in words, with the names of modes and guards where they matter.
     system, start
         The system, and the state at the start.
     """

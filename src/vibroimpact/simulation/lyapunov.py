@@ -39,16 +39,18 @@ from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.simulate import GOES_ON, RunEnd, events_for, flight_limit_of
 from vibroimpact.simulation.simulator import Simulator
 
-BLOCKS = 1024  # first level of (3): six halvings leave the 16 blocks below
+FIRST_BLOCKS = 1024  # the first level of (3) has so many: six halvings leave the 16 blocks below
 FEWEST_BLOCKS = 16  # the error of an error from m blocks is 1 / sqrt(2 m): here 18 %
-ALIGNING = 16  # one part in so many is discarded while the tangent turns to its own direction
+# One part in so many is discarded while the tangent turns to its own direction.
+ALIGNING_DIVISOR = 16
 # (4): on a smooth curve of N points tangents never stretch by more than N, some 8 e-folds.
 LEAST_GROWTH = 10.0
-OTHER_SPREAD = 4.0
-FLOOR = 1e-9  # least variance, relative to the whole: the growth of periodic motion has none
+OTHER_SPREAD_FACTOR = 4.0
+# The variance has this part of the whole at least: the growth of periodic motion has none.
+LEAST_VARIANCE = 1e-9
 # Against errors from few blocks, three errors stand for one chance in a hundred or less.
-ERRORS = 3.0
-ROUNDING = 2.0**-48  # of a growth: some ulp for every product
+ERRORS_OF_CERTAINTY = 3.0
+ROUNDING_OF_GROWTH = 2.0**-48  # every product adds some ulp to a growth
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,7 @@ class LyapunovEstimate(Result):
     value, error
         Per unit of time, and one standard error by (3) of the module.
     per_impact
-        The same growth per event instead of per time.
+        Growth per event instead of per time.
     growth, duration
         Natural logarithm of the growth, and time, of every block that was used.
     run_end
@@ -97,12 +99,12 @@ class LyapunovEstimate(Result):
     @property
     def is_positive(self) -> bool:
         """Whether the value exceeds three errors."""
-        return self.value > ERRORS * self.error
+        return self.value > ERRORS_OF_CERTAINTY * self.error
 
     @property
     def is_negative(self) -> bool:
         """Whether the value is below minus three errors."""
-        return self.value < -ERRORS * self.error
+        return self.value < -ERRORS_OF_CERTAINTY * self.error
 
 
 def lyapunov_exponent(
@@ -146,7 +148,7 @@ def lyapunov_exponent(
     About 0.5 microseconds per impact of the damper. Unreliable where chaos ends later, or within the last
     16 of 1024 blocks; and near grazing, where single impacts stretch without bound.
     """
-    check_count("impacts", impacts, BLOCKS)
+    check_count("impacts", impacts, FIRST_BLOCKS)
     check_count("settle_impacts", settle_impacts, 0)
     motion = Simulator(system, state)
     end = motion.settle(settle_impacts)
@@ -157,7 +159,7 @@ def lyapunov_exponent(
 
 def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
     """Estimate from the present position of a motion, which is not changed."""
-    block = max(1, impacts // BLOCKS)
+    block = max(1, impacts // FIRST_BLOCKS)
     events = events_for(motion.compiled.mechanism, impacts)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
     announce_measured(
@@ -169,7 +171,7 @@ def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:
     end = RunEnd(result["why"])
     if end is RunEnd.OBSERVER:
         return LyapunovEstimate(-math.inf, 0.0, -math.inf, np.empty(0), np.empty(0), end)
-    skip = len(result["time"]) // ALIGNING
+    skip = len(result["time"]) // ALIGNING_DIVISOR
     if end not in GOES_ON or len(result["time"]) - skip <= FEWEST_BLOCKS:
         return no_exponent(end)
     growth, duration = np.diff(result["growth"][skip:]), np.diff(result["time"][skip:])
@@ -207,7 +209,7 @@ def parts_of(growth: Floats, duration: Floats) -> list[slice]:
         return [whole]
     sides = slice(0, at), slice(at, growth.size)
     (a, error_a), (b, error_b) = (ratio_of_means(growth[s], duration[s]) for s in sides)
-    if not abs(a - b) > ERRORS * math.hypot(error_a, error_b):
+    if not abs(a - b) > ERRORS_OF_CERTAINTY * math.hypot(error_a, error_b):
         return [whole]
     first, second = (parts_of(growth[s], duration[s]) for s in sides)
     return first + [slice(at + part.start, at + part.stop) for part in second]
@@ -216,7 +218,7 @@ def parts_of(growth: Floats, duration: Floats) -> list[slice]:
 def _change(residual: Floats) -> int:
     """Index at which the spread of the residuals changes, (4); 0 where it does not."""
     n = np.arange(1, residual.size)
-    floor = FLOOR * residual.var() or 1.0
+    floor = LEAST_VARIANCE * residual.var() or 1.0
     before = _variances(residual)[:-1]
     after = _variances(residual[::-1])[-2::-1]
     before, after = (np.maximum(variance, floor) for variance in (before, after))
@@ -225,7 +227,7 @@ def _change(residual: Floats) -> int:
     at = FEWEST_BLOCKS - 1 + int(np.argmin(cost[inside]))
     spread = 0.5 * abs(math.log(before[at] / after[at]))
     growth = abs(float(residual[: at + 1].sum()))
-    return at + 1 if spread > math.log(OTHER_SPREAD) and growth > LEAST_GROWTH else 0
+    return at + 1 if spread > math.log(OTHER_SPREAD_FACTOR) and growth > LEAST_GROWTH else 0
 
 
 def _variances(series: Floats) -> Floats:
@@ -271,7 +273,7 @@ def errors_of(growth: Floats, duration: Floats) -> Floats:
 
     scatter = parts(FEWEST_BLOCKS).std(axis=0, ddof=1) / math.sqrt(FEWEST_BLOCKS)
     first, second = parts(2)
-    rounding = ROUNDING * (1.0 + np.abs(growth).mean(axis=0)) / duration.mean()
+    rounding = ROUNDING_OF_GROWTH * (1.0 + np.abs(growth).mean(axis=0)) / duration.mean()
     errors: Floats = np.maximum(np.maximum(scatter, 0.5 * np.abs(second - first)), rounding)
     return errors
 

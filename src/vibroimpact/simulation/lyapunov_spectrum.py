@@ -15,7 +15,7 @@ Accuracy    (3) holds to rounding for any weights, since it holds for every impa
             The scatter of 16 blocks has an error of 18 %, and assumes that correlations are shorter
             than a block. A slow drift (a transient that remains, tangents that still turn) is in
             the second part of (4), which by chance alone raises an error by a sixth on average.
-            A flight that would turn all tangents into one direction is cut (`LOSS`).
+            A flight that would turn all tangents into one direction is cut (`LOST_FOLDS`).
 Fails       -inf from an exponent on: chatter that ends in rest, sticking and plastic impacts let
             the motion forget directions. nan: the motion ends, a contact never opens, or an impact
             grazes.
@@ -46,10 +46,10 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.derivatives import map_derivative
 from vibroimpact.simulation.lyapunov import (
-    ALIGNING,
-    BLOCKS,
-    ERRORS,
+    ALIGNING_DIVISOR,
+    ERRORS_OF_CERTAINTY,
     FEWEST_BLOCKS,
+    FIRST_BLOCKS,
     errors_of,
     parts_of,
     weighted_ratio,
@@ -65,13 +65,15 @@ from vibroimpact.simulation.simulate import (
     phase_after,
     phases_of,
 )
-from vibroimpact.simulation.simulator import CHUNK, Simulator
+from vibroimpact.simulation.simulator import CHUNK_EVENTS, Simulator
 
-NOT_OWN = 1e-6  # of a rate: farther from it is no estimate of it
-VANISHED = 2.0**-44  # what rounding leaves of length 1, as in the kernel (growth.hpp)
-LOSS = 8.0  # e-folds by which tangents may lose their angles between two orthonormalisations
-TANGENTS = 6  # that the kernel carries at once
-FREE = 0  # code of the mode without closed contacts
+# An exponent that is farther from a rate, relative to it, is no estimate of it.
+OWN_RATE_RELATIVE = 1e-6
+VANISHED_LENGTH = 2.0**-44  # rounding leaves this of length 1, as in the kernel (growth.hpp)
+# Tangents may lose their angles by so many e-folds between two orthonormalisations.
+LOST_FOLDS = 8.0
+KERNEL_TANGENTS = 6  # the kernel carries so many tangents at once
+FREE_CODE = 0  # the mode without closed contacts has this code
 NOT_REPEATED = "chatter or sticking could not be repeated"
 NEVER_FREE = (
     "no free flight ends in an impact at one contact: a contact stays closed, or all impacts are "
@@ -88,7 +90,7 @@ class LyapunovSpectrum(Result):
     values, errors
         Per unit of time, largest first, each with one standard error; shape (m,).
     per_impact
-        The same growth per impact instead of per time, shape (m,).
+        Growth per impact instead of per time, shape (m,).
     contraction
         Growth of volumes per unit of time, exactly: the logarithm of restitution^2 over the impacts
         and -trace(M^-1 C) over the flights. -inf where a direction is forgotten; nan after impacts
@@ -145,17 +147,17 @@ class LyapunovSpectrum(Result):
     @property
     def zero(self) -> NDArray[np.bool_]:
         """Mask of the exponents that are zero within three errors."""
-        return np.abs(self.values) <= ERRORS * self.errors
+        return np.abs(self.values) <= ERRORS_OF_CERTAINTY * self.errors
 
     @property
     def positive(self) -> NDArray[np.bool_]:
         """Mask of the exponents that exceed three errors."""
-        return self.values > ERRORS * self.errors
+        return self.values > ERRORS_OF_CERTAINTY * self.errors
 
     @property
     def negative(self) -> NDArray[np.bool_]:
         """Mask of the exponents below minus three errors."""
-        return self.values < -ERRORS * self.errors
+        return self.values < -ERRORS_OF_CERTAINTY * self.errors
 
     @property
     def dimension(self) -> float:
@@ -176,7 +178,7 @@ class LyapunovSpectrum(Result):
 
     @property
     def statement(self) -> str:
-        """What the numbers say, in a sentence."""
+        """Sentence of what the numbers say."""
         if self.reason:
             return self.reason
         words = []
@@ -269,7 +271,7 @@ def lyapunov_spectrum(
     >>> found.values.shape, found.determinant_error < 1e-12
     ((4,), True)
     """
-    check_count("impacts", impacts, BLOCKS)
+    check_count("impacts", impacts, FIRST_BLOCKS)
     check_count("settle_impacts", settle_impacts, 0)
     mechanism = mechanism_of(system)
     lines = max(len(mechanism.forces) - 1, 0)
@@ -299,14 +301,14 @@ def _from_events(
     motion: Simulator, impacts: int, wanted: int, most: int, count: int | None
 ) -> LyapunovSpectrum:
     """Growth of tangents from event to event, as the kernel has it; of any machine."""
-    if count is not None and count > TANGENTS:
+    if count is not None and count > KERNEL_TANGENTS:
         raise refusal(
-            "count", count, f"at most {TANGENTS}",
+            "count", count, f"at most {KERNEL_TANGENTS}",
             "Of a machine with elements the kernel carries so many tangents.",
         )  # fmt: skip
     m = motion.compiled.mechanism
-    wanted, events = min(wanted, TANGENTS), events_for(m, impacts)
-    tangents = min(wanted + len(m.massless), TANGENTS)
+    wanted, events = min(wanted, KERNEL_TANGENTS), events_for(m, impacts)
+    tangents = min(wanted + len(m.massless), KERNEL_TANGENTS)
     kernel, limit = motion.compiled.kernel, flight_limit_of(motion.compiled)
 
     def through(count: int, every: int) -> Any:
@@ -340,7 +342,7 @@ def _from_events(
 
 
 def _of_states(found: LyapunovSpectrum, m: Mechanism, wanted: int) -> LyapunovSpectrum:
-    """The largest so many exponents of a machine, without those of velocities that are no states.
+    """Largest ``wanted`` exponents of a machine, without those of velocities that are no states.
 
     The kernel has a velocity for every coordinate. Of one without mass it decays at the rate of the
     mode's scale (compile/piecewise.py), or is forgotten where a mode begins.
@@ -348,7 +350,7 @@ def _of_states(found: LyapunovSpectrum, m: Mechanism, wanted: int) -> LyapunovSp
     own = -float(Piecewise(m).scale) if m.massless else 0.0
     kept = list(range(len(found.values)))
     for _ in m.massless:
-        far = np.abs(found.values - own) > NOT_OWN * abs(own) + 4.0 * found.errors
+        far = np.abs(found.values - own) > OWN_RATE_RELATIVE * abs(own) + 4.0 * found.errors
         fictitious = [k for k in kept if not far[k]] or [
             k for k in kept if np.isneginf(found.values[k])
         ]
@@ -384,7 +386,7 @@ def _without(count: int, end: RunEnd, reason: str) -> LyapunovSpectrum:
 
 def _last_part(growth: Floats, duration: Floats) -> int:
     """Index from which on the motion is the last one (parts_of)."""
-    size = max(1, len(duration) // BLOCKS)
+    size = max(1, len(duration) // FIRST_BLOCKS)
     starts = np.arange(0, len(duration) // size * size, size)
     blocks = np.add.reduceat(growth, starts), np.add.reduceat(duration, starts)
     return int(starts[parts_of(*blocks)[-1].start])
@@ -405,7 +407,7 @@ def _estimated(
         return _without(wanted, end, "an impact grazes: derivatives are infinite there")
     used, first = len(duration), 0
     if end is not RunEnd.OBSERVER:
-        first = used // ALIGNING
+        first = used // ALIGNING_DIVISOR
         used -= first
         if used < FEWEST_BLOCKS:
             return _without(wanted, end, end.sentence)
@@ -461,7 +463,7 @@ def _joined(*parts: _Events) -> _Events:
 
 
 class _Rows(NamedTuple):
-    """From one impact to the next, K times, with what comes before the last flight of each."""
+    """Intervals from one impact to the next, K of them, with what comes before the last flight of each."""
 
     first: NDArray[np.intp]  # event at the start
     last: NDArray[np.intp]  # event at the end
@@ -501,7 +503,7 @@ class _Growth:
         announcement = Announcement("impacts", impacts)
         while left > 0 and room > 0:
             announcement.after(impacts - left)
-            part = self.motion.events(min(left, CHUNK))
+            part = self.motion.events(min(left, CHUNK_EVENTS))
             end = RunEnd(part["why"])
             if end not in GOES_ON:
                 self.reason = end.sentence
@@ -531,7 +533,7 @@ class _Growth:
 
     def _rows_of(self, events: _Events) -> _Rows:
         """Parts of the motion from one impact between free flights to the next."""
-        free = events.mode == FREE
+        free = events.mode == FREE_CODE
         impact = (events.status == Status.IMPACT) & free
         impact[1:] &= free[:-1]
         impact[:1] = False
@@ -550,9 +552,9 @@ class _Growth:
         return _Rows(first, last, base, offset, leads)
 
     def _led(self, events: _Events, a: int, b: int) -> tuple[int, float, list[Floats]]:
-        """From impact a through chatter, sticking or several contacts at once to the flight to b.
+        """Lead from impact a, through chatter, sticking or several contacts at once, to the flight to b.
 
-        Inside free flights, at most at the middle of each, one derivative begins and ends.
+        The derivatives before and after begin and end in free flights, at most at the middle of each.
         """
         other = np.flatnonzero(events.status[a + 1 : b] != Status.GRAZING) + a + 1
         begun, over = int(other[0]), int(other[-1])
@@ -655,7 +657,7 @@ class _Growth:
     def _states(self, events: _Events, which: NDArray[np.intp], offsets: Floats) -> Floats:
         """(x, v, theta) some time after these events, in the free flight that follows, (K, 2n+1)."""
         states = self.kernel.evaluate(
-            [FREE] * len(which), np.ascontiguousarray(events.y[which]), offsets
+            [FREE_CODE] * len(which), np.ascontiguousarray(events.y[which]), offsets
         )
         exact = offsets == 0.0  # positions after an impact lie on its stop, to the last bit
         states[exact] = events.after[which[exact]]
@@ -681,7 +683,7 @@ def _rates_of(m: Mechanism) -> tuple[float, float]:
     decay, stiff = inverse @ np.array(m.damping), inverse @ np.array(m.stiffness)
     rates = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiff, -decay]])).real
     spread = float(rates.max() - rates.min())
-    return float(np.trace(decay)), LOSS / spread if spread > 0.0 else math.inf
+    return float(np.trace(decay)), LOST_FOLDS / spread if spread > 0.0 else math.inf
 
 
 def _generic(size: int, count: int, flow: Floats, forced: bool) -> Floats:
@@ -700,17 +702,17 @@ def _orthonormal(moved: Floats, growth: Floats) -> Floats:
     frame, upper = np.linalg.qr(moved)
     left = np.abs(upper.diagonal())
     whole = np.sqrt((upper * upper).sum(axis=0))
-    gone = left <= VANISHED * np.maximum(whole, 1.0)
+    gone = left <= VANISHED_LENGTH * np.maximum(whole, 1.0)
     growth += np.log(np.where(gone, 1.0, left))
     growth[gone] = -math.inf
     return frame  # in place of what is gone, any direction that completes the frame
 
 
 def _beyond(events: _Events, a: int, b: int) -> float:
-    """What the events between two impacts add to the right side of (3)."""
+    """Add up what the events between two impacts add to the right side of (3)."""
     between = slice(a + 1, b)
     kinds = events.status[between]
-    if np.any(events.mode[between] != FREE) or np.any(kinds == Status.CHATTER):
+    if np.any(events.mode[between] != FREE_CODE) or np.any(kinds == Status.CHATTER):
         return -math.inf
     return math.nan if np.any(kinds == Status.SIMULTANEOUS) else 0.0
 

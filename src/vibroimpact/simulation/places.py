@@ -1,4 +1,4 @@
-"""Where a section takes its points: at the impacts at one stop, at one phase, at changes of state."""
+"""Places of the points of a section: impacts at one stop, one phase, changes of state."""
 
 from __future__ import annotations
 

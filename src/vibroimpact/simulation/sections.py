@@ -32,7 +32,7 @@ from vibroimpact.simulation.simulate import (
     rounded_times,
     states_of_modes,
 )
-from vibroimpact.simulation.simulator import CHUNK, Impacts, Simulator, joined
+from vibroimpact.simulation.simulator import CHUNK_EVENTS, Impacts, Simulator, joined
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,8 @@ if TYPE_CHECKING:
 # Beyond this many events per requested section point, on average, the place counts as not reached:
 # chatter on one stop gives some 50 impacts per visit before it is summed.
 EVENTS_PER_POINT = 64
-LEAST_POSITION = 2.0**-20  # of a velocity times a time
+# A position is so large at least, relative to a velocity times a time.
+LEAST_POSITION_OF_PATH = 2.0**-20
 
 
 @dataclass(frozen=True, repr=False)
@@ -164,7 +165,7 @@ def scale_of(
     v = max(v, after)
     between = np.diff(time)
     between = between[np.isfinite(between)]
-    least = LEAST_POSITION * v * float(np.median(between)) if between.size else 0.0
+    least = LEAST_POSITION_OF_PATH * v * float(np.median(between)) if between.size else 0.0
     return Scale(max(x, least) or 1.0, v or 1.0, translations)
 
 
@@ -339,7 +340,7 @@ def take_changes(
     while found < points and end in GOES_ON:
         announcement.after(found + discard)
         begin, missing = motion.at, points - found
-        part = motion.next_events(CHUNK)
+        part = motion.next_events(CHUNK_EVENTS)
         chosen, states = _changes_in(motion, part, before, at)
         if len(chosen) >= missing:  # again, up to the last of them
             motion.at = begin
@@ -352,7 +353,7 @@ def take_changes(
         if found >= 0:
             parts.append(part)
             rows.append((part, chosen[skipped:], states[skipped:]))
-        if spent > EVENTS_PER_POINT * (points + discard) + CHUNK and found < points:
+        if spent > EVENTS_PER_POINT * (points + discard) + CHUNK_EVENTS and found < points:
             break
 
     def picked(empty: Any, pick: Any) -> Any:

@@ -21,7 +21,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import FIRST, PROBED, Announcement, expected
+from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
@@ -42,11 +42,10 @@ if TYPE_CHECKING:
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
-LONG_PERIODS = (
-    10_000  # forcing periods without an event after which it is asked whether one is to come
-)
-LONG_STEPS = 100_000  # the same in steps of the march, where there is no forcing
-EVENTS_BETWEEN = 64  # events from impact to impact, at most, of a machine with elements
+# After so many forcing periods without an event it is asked whether one is to come.
+LONG_PERIODS = 10_000
+LONG_STEPS = 100_000  # without forcing it is asked after so many steps of the march
+EVENTS_PER_IMPACT = 64  # a machine with elements has so many events per impact at most
 
 
 class Status(IntEnum):
@@ -98,8 +97,9 @@ class RunEnd(IntEnum):
         return _SENTENCES[self]
 
 
-GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)  # by friction, say, without an impact
-ENDS_QUIETLY = (RunEnd.SILENT, RunEnd.QUIET)  # only without t_max
+# A motion that ends so goes on: the record was full, perhaps of events of friction without an impact.
+GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)
+ENDS_QUIETLY = (RunEnd.SILENT, RunEnd.QUIET)  # a motion ends so only without t_max
 
 _SENTENCES = {
     RunEnd.IMPACTS: "the requested number of impacts was reached",
@@ -212,7 +212,7 @@ class Run(Result):
 
     @property
     def all_codes(self) -> list[int]:
-        """The same with the code at the start before."""
+        """Code of the mode at the start and after each event."""
         return [self._compiled.codes[mode] for mode in self._mode]
 
     @property
@@ -226,7 +226,10 @@ class Run(Result):
 
     @property
     def all_states(self) -> Codes:
-        """The same with the states at the start before, shape (n_event + 1, n_element)."""
+        """State of every contact and element at the start and after each event.
+
+        The shape is (n_event + 1, n_element), with the columns of ``states``.
+        """
         states = states_of_modes(self._compiled, self._mode)
         states.flags.writeable = False
         return states
@@ -446,7 +449,7 @@ def events_for(mechanism: Mechanism, impacts: int) -> int:
     Between two impacts there are some releases and grazes, but friction may stick and slip many times.
     """
     stops = any(e.is_stop for e in mechanism.elements)
-    each = EVENTS_BETWEEN if mechanism.switching and stops else 4
+    each = EVENTS_PER_IMPACT if mechanism.switching and stops else 4
     return each * impacts + 64
 
 
@@ -543,7 +546,7 @@ def _record(
 
     if events < PROBED:
         return compiled.kernel.simulate(at, t_max, limit, events, impacts), at
-    part, there = begun(FIRST)
+    part, there = begun(FIRST_PROBE)
     if part["why"] != RunEnd.EVENTS:
         return part, there
     by_impacts, by_time = shares(part)

@@ -28,9 +28,9 @@ from vibroimpact.simulation.simulate import (
     rounded_times,
 )
 
-CHUNK = 4096  # events of a record at a time
-AT_ONCE = 2**16  # states between two checks for an interruption
-ENDLESS = 2**40  # events: as many as there are
+CHUNK_EVENTS = 4096  # a record takes so many events at a time
+STATES_AT_ONCE = 2**16  # there are so many states between two checks for an interruption
+ENDLESS_EVENTS = 2**40  # a run with so many takes as many as there are
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,11 @@ class Simulator:
     def advance_to(self, time: float) -> RunEnd:
         """Advance to a time since the start without a record."""
         kernel = self.compiled.kernel
-        return _why(self._call(lambda at: kernel.advance(at, time, math.inf, ENDLESS, ENDLESS)))[0]
+        return _why(
+            self._call(
+                lambda at: kernel.advance(at, time, math.inf, ENDLESS_EVENTS, ENDLESS_EVENTS)
+            )
+        )[0]
 
     def impacts_of(self, part: Any) -> Impacts:
         """The impacts among recorded events, whose last state becomes that of the motion."""
@@ -188,7 +192,9 @@ class Simulator:
                 announcement.after(announcement.count * (now - since) / (until - since or 1.0))
 
         while end in GOES_ON:
-            part = self._call(lambda at: kernel.simulate(at, until, math.inf, CHUNK, CHUNK))
+            part = self._call(
+                lambda at: kernel.simulate(at, until, math.inf, CHUNK_EVENTS, CHUNK_EVENTS)
+            )
             if keep is not None:
                 keep.append(part)
             end = _why(part)[0]
@@ -202,8 +208,8 @@ class Simulator:
                 np.append(last.mode, part["mode"][new]),
             )
             known = len(times) if whole else int(np.searchsorted(times, flights.begin[-1]))
-            for first in range(done, known, AT_ONCE):
-                these = slice(first, min(first + AT_ONCE, known))
+            for first in range(done, known, STATES_AT_ONCE):
+                these = slice(first, min(first + STATES_AT_ONCE, known))
                 rows[these] = flights.at(times[these], self.compiled.kernel)
                 passed(float(times[these][-1]))
             passed(float(flights.begin[-1]))

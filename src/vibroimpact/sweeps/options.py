@@ -17,7 +17,9 @@ from vibroimpact.sweeps.observers.selection import key_of, resolve
 
 Observe = str | Observer | Sequence[str | Observer]
 
-MATCHED = "the matching of attractors fixes the observers. For other observers take vi.sweep."
+OBSERVERS_ARE_FIXED = (
+    "the matching of attractors fixes the observers. For other observers take vi.sweep."
+)
 
 
 def observers_of(more: Observe) -> tuple[Observer, ...]:

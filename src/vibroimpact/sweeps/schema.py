@@ -18,7 +18,7 @@ from vibroimpact.sweeps.observers.observer import Variable
 from vibroimpact.sweeps.observers.selection import variables_of
 from vibroimpact.sweeps.options import call_of
 from vibroimpact.sweeps.plan import Plan
-from vibroimpact.sweeps.specification import ATTRIBUTE, SweepSpec
+from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
 
 Coordinate = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dims, values, attributes
 
@@ -131,5 +131,5 @@ def _attrs_of(plan: Plan, specification: SweepSpec) -> dict[str, Any]:
         "most_impacts": plan.window.most_impacts,
         "follow": plan.follow or "",
         "version": _kernel.version(),
-        ATTRIBUTE: specification.text,
+        SPECIFICATION_ATTRIBUTE: specification.text,
     }

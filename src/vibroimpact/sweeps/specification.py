@@ -16,7 +16,7 @@ from vibroimpact.sweeps.plan import Plan
 
 Values = tuple[float, ...]
 
-ATTRIBUTE = "question"  # of datasets and stores that hold it, since 0.1
+SPECIFICATION_ATTRIBUTE = "question"  # datasets and stores hold the text of the specification in it
 
 
 @dataclass(frozen=True)

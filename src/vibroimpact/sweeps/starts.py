@@ -30,7 +30,8 @@ from vibroimpact.sweeps.axes import axis_of
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.states import States, varied
 
-UNIT = 2.0**-53  # spacing of random numbers in [0, 1): the upper 53 of 64 random bits
+# Random numbers in [0, 1) are the upper 53 of 64 random bits, so far apart.
+RANDOM_SPACING = 2.0**-53
 
 
 class Starts(Protocol):
@@ -199,7 +200,7 @@ class RandomStarts:
         """Drawn coordinates, each (count,)."""
         bits = np.random.PCG64(self.seed).advance(self.first * len(self.over))
         raw = bits.random_raw(self.count * len(self.over)).reshape(self.count, len(self.over))
-        unit = (raw >> np.uint64(11)).astype(np.float64) * UNIT
+        unit = (raw >> np.uint64(11)).astype(np.float64) * RANDOM_SPACING
         ends = self.over.values()
         return {
             name: low + (high - low) * unit[:, i]

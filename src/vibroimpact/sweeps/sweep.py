@@ -52,10 +52,11 @@ from vibroimpact.sweeps.starts import Start, Starts, starts_of
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
 # down to rounding, log(eps) / log(restitution) impacts, and so many more; stops with a greater
 # restitution count as this one.
-MORE_IMPACTS, LIVELIEST = 64, 0.999
-UNIT = float(np.finfo(float).eps)
-LONGEST = 1e100  # forcing periods: times stay finite
-LOOKED_AT = 4096.0  # starts, for the default of most_impacts
+MORE_IMPACTS = 64
+LARGEST_COUNTED_RESTITUTION = 0.999
+ROUNDING_UNIT = float(np.finfo(float).eps)
+LONGEST_PERIODS = 1e100  # times stay finite up to so many forcing periods
+EXAMINED_STARTS = 4096.0  # the default of most_impacts is found from so many starts
 
 
 @interruptible("nothing new was computed")
@@ -213,8 +214,8 @@ def plan_of(
         raise InvalidParameterError("over = {}: names no parameter, and there is one start only.")
     _check_follow(follow, axes)
     length = nonnegative("settle_periods", settle_periods) + positive("periods", periods)
-    if length > LONGEST:
-        raise refusal("settle_periods + periods", length, f"at most {LONGEST:g}")
+    if length > LONGEST_PERIODS:
+        raise refusal("settle_periods + periods", length, f"at most {LONGEST_PERIODS:g}")
     if most_impacts is None:
         ends = (mechanism_of(with_parameters(system, corner)) for corner in corners(axes))
         most = max(_ordinary(one, length, starts) for one in (mechanism, *ends))
@@ -246,7 +247,9 @@ def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
     else:
         cycles = 1.0 + length * max(fastest, _fastest_pace(mechanism, starts)) / (2.0 * math.pi)
     chatters = sum(
-        MORE_IMPACTS + math.log(UNIT) / math.log(min(max(r, UNIT), LIVELIEST))
+        MORE_IMPACTS
+        + math.log(ROUNDING_UNIT)
+        / math.log(min(max(r, ROUNDING_UNIT), LARGEST_COUNTED_RESTITUTION))
         for contact in mechanism.rigid_stops
         for r in contact.restitutions
     )
@@ -255,7 +258,7 @@ def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
 
 def _fastest_pace(mechanism: Mechanism, starts: Starts) -> float:
     """The fastest pace of the motions from some starts (compile/pace.py), the first ones if there are many."""
-    most = int(LOOKED_AT ** (1.0 / max(1, len(starts.dims))))
+    most = int(EXAMINED_STARTS ** (1.0 / max(1, len(starts.dims))))
     states = starts.block(tuple(slice(0, min(n, most)) for n in starts.dims.values())).states()
     parts = np.array(paced_parts(mechanism)).reshape(1, -1, mechanism.degrees + 5)
     one = np.zeros(len(states.phase), dtype=np.intp)

@@ -13,12 +13,12 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.compile.prescribed import GAP
+from vibroimpact.compile.prescribed import GAP_WATCH
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.admissibility import PLAY, Nearest, amplitudes, least_gaps
+from vibroimpact.orbits.admissibility import PLAY_OF_AMPLITUDE, Nearest, amplitudes, least_gaps
 from vibroimpact.orbits.problem import Signature
 from vibroimpact.results.result import Result, along
 from vibroimpact.tori.fourier import (
@@ -44,11 +44,13 @@ from vibroimpact.tori.solve import FOUND, Trial, matrix_of, radius
 if TYPE_CHECKING:
     import xarray as xr
 
-FINEST = 129  # phases at which the gaps are taken at least
-ZOOMS, ZOOM = 8, 9  # around the least gap: points per zoom; each zoom is by a factor of four
-RESOLVED, FINER = 1e-12, 3  # derivatives along it: their tail, or so many times the nodes
-NEUTRAL = 1e-9  # a normal exponent so near to 0 is neither stable nor unstable
-LARGEST_Q = 64  # of the resonances that are named
+FEWEST_PHASES = 129  # gaps are taken at so many phases at least
+MOST_ZOOMS = 8  # the least gap is zoomed in so often, each time by a factor of four
+ZOOM_POINTS = 9  # a zoom takes so many points
+RESOLVED_TAIL = 1e-12  # derivatives along the circle are resolved where their tail is smaller
+MOST_TIMES_NODES = 3  # or at so many times the nodes of the circle
+NEUTRAL_EXPONENT = 1e-9  # a normal exponent that is so near to 0 is neither stable nor unstable
+LARGEST_NAMED_DENOMINATOR = 64  # resonances p/q up to this q are named
 
 
 class Approach(NamedTuple):
@@ -177,7 +179,7 @@ class Circle(Result):
     @property
     def resonance(self) -> tuple[int, int]:
         """The p/q, q <= 64, with the least q |q rho - p|: the tongue that is felt most."""
-        qs = np.arange(1, LARGEST_Q + 1)
+        qs = np.arange(1, LARGEST_NAMED_DENOMINATOR + 1)
         ps = np.rint(qs * self.rotation_number).astype(int)
         best = int(np.argmin(qs * np.abs(qs * self.rotation_number - ps)))
         common = math.gcd(int(ps[best]), int(qs[best]))
@@ -204,7 +206,7 @@ class Circle(Result):
             points, times = resampled(self.points, count), resampled(self.times, count)
             by_point = self.map.images(points, self.value, times).by_point * sizes / sizes[:, None]
             noise = tail(by_point)
-            if noise <= RESOLVED or count >= FINER * self.nodes:
+            if noise <= RESOLVED_TAIL or count >= MOST_TIMES_NODES * self.nodes:
                 return points / sizes, by_point, noise
 
     def leading_direction(self) -> NormalDirection:
@@ -234,7 +236,7 @@ class Circle(Result):
     @property
     def attracting(self) -> bool:
         """Whether every normal exponent is below -1e-9."""
-        return self.converged and bool((self.normal_exponents < -NEUTRAL).all())
+        return self.converged and bool((self.normal_exponents < -NEUTRAL_EXPONENT).all())
 
     @property
     def stable(self) -> bool:
@@ -258,11 +260,11 @@ class Circle(Result):
         """Least gap to a stop along the circle, with its phase, stop, flight and time."""
         if not isinstance(self.map, SignatureMap):
             return Approach(math.inf, 0.0, None)
-        count = max(self.nodes, FINEST)
+        count = max(self.nodes, FEWEST_PHASES)
         grid, width = phases(count), 1.0 / count
         least = self._least_gap(grid)
-        for _ in range(ZOOMS if least.nearest else 0):
-            near = least.phi + width * np.linspace(-1.0, 1.0, ZOOM)
+        for _ in range(MOST_ZOOMS if least.nearest else 0):
+            near = least.phi + width * np.linspace(-1.0, 1.0, ZOOM_POINTS)
             least, width = min(least, self._least_gap(near)), width / 4.0
         return least._replace(phi=least.phi % 1.0)
 
@@ -287,7 +289,7 @@ class Circle(Result):
     @property
     def least_impact_speed(self) -> float:
         """Smallest closing speed of an impact along the circle; negative from behind."""
-        rates = resampled(self._images.rates, max(self.nodes, FINEST | 1))
+        rates = resampled(self._images.rates, max(self.nodes, FEWEST_PHASES | 1))
         return float(rates.min(initial=math.inf))
 
     @property
@@ -312,8 +314,8 @@ class Circle(Result):
         states = self.states(phases(self.nodes))
         compiled = self.map.problem.compiled(self.value)
         ends = self._impacting.problem.ends[:1] * len(states)
-        size = amplitudes(compiled, states, self.times[:, 0], ends)[nearest.contact, GAP]
-        if gap >= -PLAY * size:
+        size = amplitudes(compiled, states, self.times[:, 0], ends)[nearest.contact, GAP_WATCH]
+        if gap >= -PLAY_OF_AMPLITUDE * size:
             return ""
         stop = Stop(nearest.contact, nearest.side).words
         return f"the gap at {stop} is {gap:.6g} at phase {phi:.6g} of the circle, in flight {nearest.segment}"

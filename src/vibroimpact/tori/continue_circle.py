@@ -64,9 +64,11 @@ from vibroimpact.tori.solve import (
     tangent,
 )
 
-LARGEST_TURN = 0.8  # cosine between neighbouring tangents
-FASTER, SLOWER = 1.6, 0.5
-LOCATED, SEARCHES = 1e-9, 40  # (4): of the range of the parameter; circles tried
+LEAST_TURN_COSINE = 0.8  # neighbouring tangents have a larger cosine of their angle
+STEP_GROWTH = 1.6  # a step that succeeds is followed by one that is longer by this factor
+STEP_REDUCTION = 0.5  # a step that fails is multiplied by this factor
+LOCATED_OF_RANGE = 1e-9  # (4) is located so well, relative to the range of the parameter
+MOST_TRIED_CIRCLES = 40  # (4) tries so many circles at most
 
 
 @dataclass(frozen=True)
@@ -279,7 +281,7 @@ def _walk(family: _Family, start: Circle, sense: float, report: CurveProgress) -
             if at_bound:
                 done.end = End(Stopped.RANGE, f"{after.trial.p:.9g}")
                 break
-            found, length = after, min(FASTER * taken, family.steps.largest)
+            found, length = after, min(STEP_GROWTH * taken, family.steps.largest)
     except KeyboardInterrupt:
         done.end = End(Stopped.INTERRUPTED)
     return done
@@ -312,13 +314,15 @@ def _step(
             after = family.solved(guess, along)
         if after.status == FOUND:
             there = family.tangent(after, along)
-            if _cosine(along, there) > LARGEST_TURN or _passed_centre(found.trial, after.trial):
+            if _cosine(along, there) > LEAST_TURN_COSINE or _passed_centre(
+                found.trial, after.trial
+            ):
                 return after, there, max(length, family.steps.least), at_bound
             why = "the family turns"
         else:
             why = after.status
         # Circles of so many nodes are dear, and about to end.
-        length *= SLOWER**3 if count > most / 2 else SLOWER
+        length *= STEP_REDUCTION**3 if count > most / 2 else STEP_REDUCTION
     return why
 
 
@@ -417,14 +421,14 @@ def _located(
     a, b, fa, fb = 0.0, 1.0, test(before), test(after)
     share, best = (0.0, before) if abs(fa) < abs(fb) else (1.0, after)
     error = abs(after.value - before.value)
-    for _ in range(SEARCHES):
+    for _ in range(MOST_TRIED_CIRCLES):
         c = b - fb * (b - a) / (fb - fa) if np.isfinite(fb - fa) else (a + b) / 2.0
         circle = _between(family, before, after, c)
         if circle is None:
             break
         fc, error = test(circle), abs(circle.value - best.value)
         share, best = c, circle
-        if fc == 0.0 or (error <= LOCATED * family.unit and abs(b - a) < 1.0):
+        if fc == 0.0 or (error <= LOCATED_OF_RANGE * family.unit and abs(b - a) < 1.0):
             break
         if fc * fb < 0.0:
             a, fa = b, fb

@@ -48,9 +48,9 @@ from vibroimpact.tori.solve import (
     solve,
 )
 
-BYTES = 4096  # of an iterate in a record of some impacts
-PREDICTED = 31  # nodes of a normal form's prediction
-FEWER = 0.8  # a circle that needs so much fewer nodes is solved with fewer
+BYTES_PER_ITERATE = 4096  # an iterate takes so many in a record of some impacts
+PREDICTED_NODES = 31  # the prediction of a normal form has so many nodes
+FEWER_NODES_SHARE = 0.8  # a circle that needs a smaller share of its nodes is solved with fewer
 
 
 class CircleGuess(NamedTuple):
@@ -134,7 +134,7 @@ def find_circle(
     """
     for name, count, least in (("settle_iterates", settle_iterates, 0), ("points", points, 64)):
         check_count(name, count, least)
-    check_memory("points", points, BYTES, "Take fewer.")
+    check_memory("points", points, BYTES_PER_ITERATE, "Take fewer.")
     check_count("most_nodes", most_nodes, FEWEST_NODES)
     tolerance = positive("tolerance", tolerance)
     if isinstance(subject, ExplicitMap):
@@ -161,7 +161,7 @@ def _solved(circle_map: CircleMap, guess: Trial, tolerance: float, most_nodes: i
     """Circle from a guess, with no more nodes than it needs."""
     found = solve(circle_map, guess, tolerance=tolerance, most_nodes=most_nodes)
     count = nodes_needed(found.trial.points, circle_map.sizes, tolerance)
-    if found.status == FOUND and count < FEWER * len(found.trial.points):
+    if found.status == FOUND and count < FEWER_NODES_SHARE * len(found.trial.points):
         fewer = found.trial.at_nodes(count)
         found = solve(circle_map, fewer, tolerance=tolerance, most_nodes=most_nodes)
     return oriented(circle_of(circle_map, found.trial, found.residual, found.status))
@@ -333,6 +333,6 @@ def _from_point(system: System, point: BifurcationPoint) -> Started:
     orbit = point.orbit
     z = orbit.problem.packed(orbit.states, orbit.durations)
     circle_map = impact_map(system, signature, scale_of(orbit.problem, z)[: orbit.problem.size])
-    curve = circle_map.coordinates(orbit.states[:1]) + form.circle(dp, PREDICTED)
-    times = np.tile(orbit.durations, (PREDICTED, 1))
+    curve = circle_map.coordinates(orbit.states[:1]) + form.circle(dp, PREDICTED_NODES)
+    times = np.tile(orbit.durations, (PREDICTED_NODES, 1))
     return Started(circle_map, signature, Trial(curve, form.rotation_number(dp), 0.0, times))

@@ -19,7 +19,7 @@ import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
 
-ROUNDING = 1e-14  # of the largest coefficient
+ROUNDING_OF_LARGEST = 1e-14  # smaller coefficients, relative to the largest, are rounding
 TAIL_FROM = 0.75  # (4)
 
 
@@ -103,7 +103,7 @@ def decay(values: Floats) -> float:
     """Fall of ln |c_k| per harmonic (5); infinite for an ellipse."""
     c = sizes_of_harmonics(values)[1:]
     hull = np.maximum.accumulate(c[::-1])[::-1]  # symmetric curves lack every second harmonic
-    seen = np.flatnonzero(hull > ROUNDING * hull.max(initial=0.0)) if c.size else c
+    seen = np.flatnonzero(hull > ROUNDING_OF_LARGEST * hull.max(initial=0.0)) if c.size else c
     if len(seen) < 3:
         return np.inf
     return -float(np.polyfit(seen, np.log(hull[seen]), 1)[0])

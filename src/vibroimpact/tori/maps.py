@@ -33,9 +33,10 @@ from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.multipliers import section_basis
 from vibroimpact.orbits.problem import OrbitProblem, Signature
 
-TIME_STEPS = 20  # of Newton's method for (1)
-SETTLED = 1e-8  # relative: the next step, which is still taken, is its square
-LARGEST_STEP = 0.25  # of a flight time
+TIME_NEWTON_STEPS = 20  # Newton's method for (1) takes so many steps at most
+# The step after one that is so small, which is still taken, is its square.
+SMALL_STEP_RELATIVE = 1e-8
+LARGEST_STEP_OF_FLIGHT = 0.25  # a step changes a flight time by no larger share
 
 
 class Images(NamedTuple):
@@ -191,7 +192,7 @@ def _landed(
     """Flight times (1), and the flights with their derivatives."""
     times, size = times.copy(), np.maximum(np.abs(times), np.finfo(float).tiny)
     near = False
-    for _ in range(TIME_STEPS):
+    for _ in range(TIME_NEWTON_STEPS):
         parts = compiled.linearise(states, times, ends)
         if near:
             return times, parts
@@ -199,8 +200,8 @@ def _landed(
             step = -parts.gap / parts.gap_by[:, -2]
         if not np.isfinite(step).all():
             break
-        near = bool((np.abs(step) <= SETTLED * size).all())
-        times = times + np.clip(step, -LARGEST_STEP * size, LARGEST_STEP * size)
+        near = bool((np.abs(step) <= SMALL_STEP_RELATIVE * size).all())
+        times = times + np.clip(step, -LARGEST_STEP_OF_FLIGHT * size, LARGEST_STEP_OF_FLIGHT * size)
     nothing = np.full_like(parts.after, np.nan)
     return np.full_like(times, np.nan), parts._replace(after=nothing)
 

@@ -41,9 +41,10 @@ from vibroimpact.tori.solve import FEWEST_NODES, Trial
 
 LONGEST_WORD = 64  # impacts
 MOST_WORDS = 16  # until the forcing repeats
-WHOLE = 1e-3  # of a turn: a mean advance of the phase so near to a whole number is one
-SETTLINGS = 4  # attempts, each after four times as many iterates
-GUESS = 1e-6  # of the largest harmonic: smaller ones are left to Newton's method
+# A mean advance of the phase that is so near to a whole number of turns is one.
+WHOLE_TURNS_WITHIN = 1e-3
+MOST_SETTLINGS = 4  # so many attempts are made, each after four times as many iterates
+GUESSED_OF_LARGEST = 1e-6  # smaller harmonics, relative to the largest, are left to Newton's method
 MOST_HARMONICS = 127
 # Beyond the first harmonics that are so small, those k with k rho near a whole number grow again: a
 # slow beat, which the average does not remove. Symmetric curves lack every second harmonic.
@@ -81,7 +82,7 @@ def from_motion(
     """
     motion, found = Simulator(system, state), nothing("")
     word = len(given.impacts) if given else 2
-    for _ in range(SETTLINGS):
+    for _ in range(MOST_SETTLINGS):
         end = motion.settle(settle * word)
         if end is not RunEnd.IMPACTS:
             return nothing(f"the motion does not go on impacting: {end.sentence}")
@@ -123,7 +124,7 @@ def signature_of(record: Impacts, m: Mechanism) -> Signature | str:
     per_word = (turns[-1] - turns[0]) / (len(turns) - 1) * length
     for repeats in range(1, MOST_WORDS + 1):
         cycles = round(per_word * repeats)
-        whole = abs(per_word * repeats - cycles) <= WHOLE
+        whole = abs(per_word * repeats - cycles) <= WHOLE_TURNS_WITHIN
         if whole and (cycles or not m.forces) and (not m.forces or forcing_repeats(m, cycles)):
             break
     else:
@@ -222,7 +223,7 @@ def from_iterates(formula: ExplicitMap, x: Floats, p: float, settle: int, points
     """Guess from the iterates of a formula."""
     circle_map = FormulaMap(formula)
     found = nothing("")
-    for _ in range(SETTLINGS):
+    for _ in range(MOST_SETTLINGS):
         orbit = np.empty((points, formula.dimension))
         for _ in counting("settle", settle):
             x = formula(x, p)
@@ -263,7 +264,7 @@ def averaged(points: Floats, times: Floats, rho: float, p: float) -> Trial:
     size = np.abs(c[:, : points.shape[1]]).max(axis=1)
     size[0] = 0.0
     near = np.array([size[i : i + NEIGHBOURS].max() for i in k])
-    below = np.flatnonzero(near[1:] <= GUESS * size.max())
+    below = np.flatnonzero(near[1:] <= GUESSED_OF_LARGEST * size.max())
     top = int(below[0]) if below.size else MOST_HARMONICS
     count = max(FEWEST_NODES, 2 * min(int(1.3 * top) + 1, MOST_HARMONICS) + 1)
     curve = values_of(c, count)

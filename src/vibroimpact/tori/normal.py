@@ -32,14 +32,16 @@ import numpy as np
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.tori.fourier import coefficients, derivative, shifted, values_of
 
-STRIDE = 4  # iterates between two QR decompositions
-MOST_STEPS, WINDOW, LONG = 256, 4, 32  # decompositions: in all, until a check, to know a pair
-STEADY = 1e-10  # change of an exponent over a window: converged
+STRIDE_ITERATES = 4  # there are so many iterates between two QR decompositions
+MOST_DECOMPOSITIONS = 256  # there are so many decompositions at most
+WINDOW_DECOMPOSITIONS = 4  # exponents are checked after so many
+PAIR_DECOMPOSITIONS = 32  # so many tell a pair of exponents
+CONVERGED_CHANGE = 1e-10  # an exponent that changes by less over a window has converged
 STEPS_OF_DIRECTION = 256
-ALIKE = 1e-9  # exponents of a pair whose frames turn evenly
-LEAST_RATE = -700.0  # of a plastic impact, whose logarithm is infinite
-SEED = 0  # of the first frames
-TURNING = 1e-7  # a pair's frames turn: their exponents oscillate by more
+PAIR_DISTANCE = 1e-9  # the exponents of a pair whose frames turn evenly differ by less
+LEAST_EXPONENT = -700.0  # a plastic impact has this one, whose logarithm is infinite
+FRAME_SEED = 0  # the first frames are random with this seed
+TURNING_OSCILLATION = 1e-7  # exponents of a pair whose frames turn oscillate by more
 
 
 class Bundle(StrEnum):
@@ -77,14 +79,14 @@ def normal_stability(
     ``noise`` is the relative error of the derivatives between the nodes.
     """
     cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
-    tolerance = max(STEADY, noise)
+    tolerance = max(CONVERGED_CHANGE, noise)
     frames, record = cocycle.frames(), np.empty((0, points.shape[1] - 1))
     found = None
     while found is None:
-        for _ in range(WINDOW):
-            frames = cocycle.carried(frames, STRIDE)
-            record = np.vstack([record, frames.rates() / STRIDE])
-        found = _steady(record, tolerance, last=len(record) >= MOST_STEPS)
+        for _ in range(WINDOW_DECOMPOSITIONS):
+            frames = cocycle.carried(frames, STRIDE_ITERATES)
+            record = np.vstack([record, frames.rates() / STRIDE_ITERATES])
+        found = _steady(record, tolerance, last=len(record) >= MOST_DECOMPOSITIONS)
     exponents, paired = found
     there = cocycle.carried(frames)
     kinds = [
@@ -118,8 +120,8 @@ def leading_direction(points: Floats, by_point: Floats, rotation: float) -> Norm
     """Direction of the largest normal exponent at the nodes, from frames carried until steady."""
     cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
     frames = cocycle.frames()
-    for _ in range(STEPS_OF_DIRECTION // STRIDE):
-        frames = cocycle.carried(frames, STRIDE)
+    for _ in range(STEPS_OF_DIRECTION // STRIDE_ITERATES):
+        frames = cocycle.carried(frames, STRIDE_ITERATES)
     found = cocycle.direction(frames, cocycle.carried(frames), 0)
     turns = 2.0 if found.reversed else 1.0
     return found._replace(field=shifted(found.field, -frames.steps * rotation / turns))
@@ -135,7 +137,7 @@ class _Frames(NamedTuple):
     def rates(self) -> Floats:
         """Means (2)."""
         with np.errstate(divide="ignore"):
-            rates = np.maximum(np.log(np.abs(self.growth)), LEAST_RATE)
+            rates = np.maximum(np.log(np.abs(self.growth)), LEAST_EXPONENT)
         return np.asarray(rates.mean(axis=0), dtype=np.float64)
 
 
@@ -150,7 +152,7 @@ class _Cocycle:
     def frames(self) -> _Frames:
         """Frames to begin with; almost all do."""
         d = self.slope.shape[1]
-        columns = np.random.default_rng(SEED).standard_normal((d, d - 1))
+        columns = np.random.default_rng(FRAME_SEED).standard_normal((d, d - 1))
         return self._framed(np.tile(columns, (len(self.slope), 1, 1)), 0)
 
     def carried(self, frames: _Frames, steps: int = 1) -> _Frames:
@@ -190,7 +192,7 @@ def _oriented(field: Floats) -> tuple[Floats, bool]:
 
 def _steady(rows: Floats, tolerance: float, *, last: bool) -> tuple[Floats, list[bool]] | None:
     """Exponents and whether each belongs to a pair (3), once they are steady, or at last; or None."""
-    window = rows[-WINDOW:]
+    window = rows[-WINDOW_DECOMPOSITIONS:]
     exponents, paired = window.mean(axis=0), [False] * rows.shape[1]
     moves, i = np.ptp(window, axis=0), 0
     while i < rows.shape[1]:
@@ -204,19 +206,19 @@ def _steady(rows: Floats, tolerance: float, *, last: bool) -> tuple[Floats, list
         elif not alone and not last:
             return None
         i += 1
-    for j in np.flatnonzero(np.abs(np.diff(exponents)) <= ALIKE).tolist():
+    for j in np.flatnonzero(np.abs(np.diff(exponents)) <= PAIR_DISTANCE).tolist():
         paired[j] = paired[j + 1] = True
     return exponents, paired
 
 
 def _turns(one: Floats, other: Floats) -> bool:
     """Whether two growth rates go on exchanging their order while their sum is steadier."""
-    if len(one) < 2 * LONG:
+    if len(one) < 2 * PAIR_DECOMPOSITIONS:
         return False
-    one, other = one[-LONG:], other[-LONG:]
+    one, other = one[-PAIR_DECOMPOSITIONS:], other[-PAIR_DECOMPOSITIONS:]
     swing, mean = float(np.ptp(one - other)), abs(float((one - other).mean()))
     steadier = np.ptp(one + other) < min(np.ptp(one), np.ptp(other)) / 2.0
-    return bool(steadier and swing > TURNING and mean < swing / 2.0)
+    return bool(steadier and swing > TURNING_OSCILLATION and mean < swing / 2.0)
 
 
 def least_angle(points: Floats, rotation: float, matrix: Floats) -> float:

@@ -38,14 +38,18 @@ from vibroimpact.tori.fourier import (
 from vibroimpact.tori.maps import CircleMap, Images
 
 FOUND = "converged"
-TOLERANCE = 1e-10  # (5)
+TOLERANCE = 1e-10  # this is the tolerance of (5)
 FEWEST_NODES, MOST_NODES = 15, 511
-GROWTH = 1.5
-NEWTON_STEPS, HALVINGS = 15, 8
-RETRIES = 2  # with twice the nodes, where Newton's method fails
-SMALL_STEP, SMALL_RESIDUAL = 1e-9, 1e-11  # the next Newton step is the square of such a one
-COLLAPSED = 1e-3  # of the guess's radius
-MARGIN = 1e-3  # of the tolerance: harmonics below are left out of the next guess
+NODE_GROWTH = 1.5  # a circle that is not resolved is solved with so many times as many nodes
+NEWTON_STEPS = 15  # Newton's method takes so many steps at most
+NEWTON_HALVINGS = 8  # a Newton step is halved so often at most
+DOUBLINGS = 2  # where Newton's method fails, it is tried so often with twice the nodes
+SMALL_STEP = 1e-9  # the next Newton step is the square of one that is so small
+SMALL_RESIDUAL = 1e-11  # and so is the residual of one that has converged
+# A curve that is smaller, relative to the radius of the guess, has collapsed.
+COLLAPSED_OF_RADIUS = 1e-3
+# Harmonics that are smaller, relative to the tolerance, are left out of the next guess.
+MARGIN_OF_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +62,7 @@ class Trial:
     times: Floats  # (N, m) flight times, a guess or the solution
 
     def at_nodes(self, count: int) -> Trial:
-        """The same curve at another number of nodes."""
+        """Return the curve at another number of nodes."""
         points, times = resampled(self.points, count), resampled(self.times, count)
         return replace(self, points=points, times=times)
 
@@ -144,7 +148,7 @@ def solve(
     most_nodes: int = MOST_NODES,
 ) -> Solved:
     """Solve for a circle near a guess, with enough nodes; on the plane (3) if ``along`` is given."""
-    start, again = guess, 0 if along else RETRIES  # along a family the step is halved instead
+    start, again = guess, 0 if along else DOUBLINGS  # along a family the step is halved instead
     while True:
         found = newton(circle_map, start, along)
         n = len(start.points)
@@ -156,7 +160,7 @@ def solve(
         residual = residual_between(circle_map, found.trial)
         if residual <= tolerance:
             return found._replace(residual=max(residual, found.residual))
-        grown = 2 * int(GROWTH * n / 2) + 1
+        grown = 2 * int(NODE_GROWTH * n / 2) + 1
         if grown > most_nodes:
             status = f"{most_nodes} nodes are too few: the residual between {n} is {residual:.1e}"
             return found._replace(residual=residual, status=status)
@@ -168,7 +172,7 @@ def newton(circle_map: CircleMap, guess: Trial, along: Direction | None) -> Solv
     trial, sizes = guess, circle_map.sizes
     images = circle_map.images(trial.points, trial.p, trial.times)
     error, before = _error(images, trial, sizes), np.inf
-    least = COLLAPSED * radius(guess.points, sizes)
+    least = COLLAPSED_OF_RADIUS * radius(guess.points, sizes)
     for _ in range(NEWTON_STEPS):
         if not np.isfinite(error):
             return Solved(trial, np.inf, "no convergence: a flight from the guess fails", images)
@@ -229,7 +233,7 @@ def _damped(
     circle_map: CircleMap, trial: Trial, step: Direction, images: Images, error: float
 ) -> tuple[Trial, Images, float]:
     """Halve a step until the residual does not grow."""
-    for _ in range(HALVINGS):
+    for _ in range(NEWTON_HALVINGS):
         there = Trial(
             trial.points + step.points * circle_map.sizes,
             trial.rotation + step.rotation,
@@ -255,6 +259,6 @@ def residual_between(circle_map: CircleMap, trial: Trial) -> float:
 def nodes_needed(points: Floats, sizes: Floats, tolerance: float) -> int:
     """Nodes for the harmonics that exceed a margin below the tolerance."""
     top = harmonics_above(
-        points / sizes, MARGIN * tolerance / max(radius(points, sizes), tolerance)
+        points / sizes, MARGIN_OF_TOLERANCE * tolerance / max(radius(points, sizes), tolerance)
     )
     return max(FEWEST_NODES, 2 * int(top * 4 / 3) + 1)

@@ -29,7 +29,7 @@ from vibroimpact.tori.find import circle_of, of_second_iterate, oriented, second
 from vibroimpact.tori.fourier import at_phases, phases, resampled
 from vibroimpact.tori.solve import FEWEST_NODES, MOST_NODES, TOLERANCE, Direction, Trial, solve
 
-CRITICAL = 1e-3  # a leading exponent this near to 0 is that of the event
+CRITICAL_EXPONENT = 1e-3  # a leading exponent that is so near to 0 is that of the event
 
 
 def switch_circle(
@@ -85,7 +85,7 @@ def switch_circle(
     distance = share("amplitude", amplitude)
     tolerance = positive("tolerance", tolerance)
     check_count("most_nodes", most_nodes, FEWEST_NODES)
-    if abs(circle.normal_exponents[0]) > CRITICAL:
+    if abs(circle.normal_exponents[0]) > CRITICAL_EXPONENT:
         status = "the critical direction is not the leading one: the circle was unstable before"
         return circle_of(circle.map, circle.trial, np.inf, status)
     leading, sizes = circle.leading_direction(), circle.map.sizes

@@ -37,7 +37,8 @@ Kind = Literal["force", "base"]
 KINDS = ("force", "base")
 DELIMITERS = ";\t,"
 COMMENT = "#"
-FLAT = 4.0  # ulp of the largest value: samples so near to a straight line are on it
+# Samples that are so near to a straight line, in ulp of the largest value, are on it.
+STRAIGHT_ULPS = 4.0
 EXTRA = "A jump takes two samples a short time apart."
 
 
@@ -255,7 +256,7 @@ def _corners(t: Floats, s: Floats) -> NDArray[np.intp]:
     From each corner the slopes that pass all later samples within rounding are an interval; the
     line ends before the first sample whose own slope is outside.
     """
-    room = FLAT * float(np.spacing(np.abs(s).max()))
+    room = STRAIGHT_ULPS * float(np.spacing(np.abs(s).max()))
     corners, low, high = [0], -math.inf, math.inf
     times, values = t.tolist(), s.tolist()
     t0, s0 = times[0], values[0]

@@ -28,6 +28,7 @@ from vibroimpact._core.types import Codes, Floats
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
+from vibroimpact.measures.linear import HELD_OF_FASTEST_RATE, ZERO_RELATIVE
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, element_labels
@@ -42,11 +43,11 @@ if TYPE_CHECKING:
 
 NAME = re.compile(r"([xv])([1-9]\d*)")
 MANY_IMPACTS = 2**40
-SPARE = 20.0  # the default duration: until the slowest part of the linear motion is to / SPARE
-LONGEST = 2e5  # radians of the fastest rate
-UNDAMPED = 1e-9  # of the fastest rate: what decays more slowly does not
-CYCLES = 200  # of the slowest vibration of a machine that does not decay
-ZERO = 1e-12
+# By default it takes until the slowest part of the linear motion is to / SPARE_DECAY.
+SPARE_DECAY = 20.0
+MOST_RADIANS = 2e5  # it takes so many radians of the fastest rate at most
+# A machine that does not decay is simulated over so many of its slowest vibration.
+UNDAMPED_CYCLES = 200
 MOST_SAMPLES = 10**7
 GROWS = (
     1e-7  # of the fastest rate: a double zero, as of a free mass, is known to the root of rounding
@@ -106,7 +107,7 @@ class FreeDecay(Result):
 
     @cached_property
     def time_without(self) -> float:
-        """The same of the machine without impacts; NaN where that cannot be compared."""
+        """``time`` of the machine without impacts; NaN where that cannot be compared."""
         return math.nan if self._without is None else self._fall(self._without)
 
     def _fall(self, signal: Signal) -> float:
@@ -138,7 +139,7 @@ class FreeDecay(Result):
 
     @cached_property
     def envelope_without(self) -> Extrema | None:
-        """The same of the machine without impacts."""
+        """``envelope`` of the machine without impacts."""
         return None if self._without is None else extrema(self._without)
 
     @cached_property
@@ -338,8 +339,8 @@ def _dies_out(m: Mechanism, row: Floats, order: int) -> bool:
     rates = np.linalg.eigvals(rows_of(m).flow(0).value[:-1, :-1])
     fastest = float(np.abs(rates).max(initial=0.0))
     _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
-    loose = directions[sizes <= ZERO * sizes.max(initial=0.0)]
-    held = order > 0 or bool(np.all(np.abs(loose @ row) <= ZERO * np.abs(row).max()))
+    loose = directions[sizes <= ZERO_RELATIVE * sizes.max(initial=0.0)]
+    held = order > 0 or bool(np.all(np.abs(loose @ row) <= ZERO_RELATIVE * np.abs(row).max()))
     return held and bool(np.all(rates.real <= GROWS * fastest))
 
 
@@ -348,14 +349,14 @@ def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:
     rows = rows_of(m)
     rates = np.linalg.eigvals(rows.flow(0).value[:-1, :-1])
     fastest = float(np.abs(rates).max(initial=0.0)) or rows.rate
-    decaying = -rates.real[rates.real < -UNDAMPED * fastest]
-    turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO * fastest])
+    decaying = -rates.real[rates.real < -HELD_OF_FASTEST_RATE * fastest]
+    turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO_RELATIVE * fastest])
     cycle = 2.0 * math.pi / float(turning.min()) if turning.size else 0.0
     if decaying.size:
-        wanted = math.log(SPARE / to) / float(decaying.min()) + cycle
+        wanted = math.log(SPARE_DECAY / to) / float(decaying.min()) + cycle
     else:
-        wanted = CYCLES * (cycle or 1.0 / fastest)
-    return min(wanted, LONGEST / fastest), cycle
+        wanted = UNDAMPED_CYCLES * (cycle or 1.0 / fastest)
+    return min(wanted, MOST_RADIANS / fastest), cycle
 
 
 def _flown(m: Mechanism, state: State, span: float) -> Flights:

@@ -47,12 +47,12 @@ if TYPE_CHECKING:
 
 Unit = Literal["rad/s", "Hz"]
 TURN = {"rad/s": 1.0, "Hz": 2.0 * math.pi}
-BLOCK = 2**18  # responses that are examined together
-HALVINGS = 60  # of a bracket: to the last bit
+RESPONSES_PER_BLOCK = 2**18  # so many responses are examined together
+BRACKET_HALVINGS = 60  # a bracket is halved so often, to the last bit
 CYCLE = 2.0 * math.pi
-HIGHEST = 1e50  # frequency: its square and cube stay finite
-SLOWEST = 0.01  # radians in the record: below, terms over omega^3 cancel to less than 8 digits
-KEPT = 256  # lengths of pieces
+HIGHEST_FREQUENCY = 1e50  # its square and cube stay finite
+LEAST_RADIANS = 0.01  # with fewer in the record, terms over omega^3 cancel to less than 8 digits
+KEPT_LENGTHS = 256  # so many lengths of pieces are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ class ResponseSpectrum(Result):
 
     @property
     def pseudo_acceleration(self) -> Floats:
-        """Its square times displacement."""
+        """Square of the natural frequency times displacement."""
         found: Floats = self.omega**2 * self.displacement
         return found
 
@@ -189,17 +189,19 @@ def response_spectrum(
     check_choice("unit", unit, list(TURN))
     check_progress(progress)
     given = np.atleast_1d(numbers("frequencies", frequencies))
-    if given.ndim != 1 or not given.size or np.any((given <= 0.0) | (given > HIGHEST)):
-        raise refusal("frequencies", frequencies, f"numbers > 0, at most {HIGHEST:g}, shape (k,)")
+    if given.ndim != 1 or not given.size or np.any((given <= 0.0) | (given > HIGHEST_FREQUENCY)):
+        raise refusal(
+            "frequencies", frequencies, f"numbers > 0, at most {HIGHEST_FREQUENCY:g}, shape (k,)"
+        )
     ratio = nonnegative("zeta", zeta)
     if ratio >= 1.0:
         raise refusal("zeta", zeta, "in [0, 1)", "An overdamped oscillator has no frequency.")
     upper, lower = _clearances(clearance, lower_clearance)
     omega = given * TURN[unit]
-    lowest = SLOWEST / (record.time[-1] - record.time[0]) / TURN[unit]
+    lowest = LEAST_RADIANS / (record.time[-1] - record.time[0]) / TURN[unit]
     if np.any(given < lowest):
         raise refusal(
-            "frequencies", frequencies, f"at least {lowest:.3g}, {SLOWEST} radians in the record",
+            "frequencies", frequencies, f"at least {lowest:.3g}, {LEAST_RADIANS} radians in the record",
             "Slower oscillators stand still while the base moves.",
         )  # fmt: skip
     nothing = np.zeros(given.size)
@@ -257,7 +259,7 @@ def _largest_of(response: RecordResponse) -> tuple[float, float, float, int, boo
 
 
 class _Wave(NamedTuple):
-    """(1) in pieces: shape (k, pieces) each, or what broadcasts to it."""
+    """The motion (1) in pieces: shape (k, pieces) each, or what broadcasts to it."""
 
     s: Floats
     d: Floats
@@ -279,12 +281,12 @@ class _Wave(NamedTuple):
         return _Wave(self.s, self.d, p, q, self.slope, np.zeros_like(self.slope))
 
     def plus(self, other: _Wave, mine: Floats, its: Floats) -> _Wave:
-        """Mine times this one, its times the other."""
+        """Sum of ``mine`` times this wave and ``its`` times the other."""
         pairs = zip(self[2:], other[2:], strict=True)
         return _Wave(self.s, self.d, *(mine * a + its * b for a, b in pairs))
 
     def flat(self, shape: tuple[int, ...]) -> _Wave:
-        """Its pieces in one row."""
+        """Return a wave with all pieces in one row."""
         return _Wave(*(np.broadcast_to(part, shape).ravel() for part in self))
 
     def some(self, which: Any) -> _Wave:
@@ -325,7 +327,7 @@ def _stretches(pieces: Pieces, w: Floats, zeta: float, sign: float) -> Iterator[
 
     The last block is the free vibration after the record, over one period.
     """
-    count = max(1, BLOCK // len(w))
+    count = max(1, RESPONSES_PER_BLOCK // len(w))
     x, v = np.zeros_like(w), np.zeros_like(w)
     flow = _Flow(w, zeta)
     for first in range(0, len(pieces.begin), count):
@@ -349,9 +351,9 @@ class _Flow:
         self._known: dict[float, tuple[Floats, ...]] = {}
 
     def __call__(self, x: Floats, v: Floats, f: float, k: float, h: float) -> tuple[Floats, Floats]:
-        """After a time h under the force f + k t."""
+        """State after a time h under the force f + k t."""
         if h not in self._known:
-            if len(self._known) == KEPT:  # lengths of an uneven record do not come again
+            if len(self._known) == KEPT_LENGTHS:  # lengths of an uneven record do not come again
                 self._known.clear()
             self._known[h] = self._matrix(h)
         a, b, c, e, by_f, by_k, rate_f, rate_k = self._known[h]
@@ -391,7 +393,7 @@ def _largest(wave: _Wave, length: Floats) -> Floats:
 
 def _zero(rate: _Wave, low: Floats, high: Floats, at_low: Floats) -> Floats:
     """The zero between two ends of different sign, by bisection."""
-    for _ in range(HALVINGS):
+    for _ in range(BRACKET_HALVINGS):
         middle = low + (high - low) / 2.0
         same = (rate.at(middle) > 0.0) == (at_low > 0.0)
         low, high = np.where(same, middle, low), np.where(same, high, middle)

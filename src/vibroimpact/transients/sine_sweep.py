@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 Spacing = Literal["linear", "log"]
 QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
-STEPS = 200
+DEFAULT_STEPS = 200  # a sweep has so many steps if none are given
 MOST_STEPS = 100_000
 LABEL = "swept"
 OWN = "the sweep in time sets it. Give band, steps or rate, and periods_per_step."
@@ -112,7 +112,7 @@ class SineSweep(Result):
 
     @property
     def rms(self) -> Floats:
-        """Its root mean square in each step."""
+        """Root mean square of the row in each step, shape (directions, k)."""
         return np.asarray(self.quantity("rms").values)
 
     @property
@@ -277,7 +277,7 @@ def _values(
             f"steps = {shown(steps)}, rate = {shown(rate)}: give one of them. With a rate the number of steps follows."
         )
     if rate is None:
-        count = STEPS if steps is None else steps
+        count = DEFAULT_STEPS if steps is None else steps
         check_count("steps", count, 2, MOST_STEPS)
         space = np.geomspace if spacing == "log" else np.linspace
         return np.asarray(space(band.low, band.high, count))

@@ -32,7 +32,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.polynomial import chebyshev as series
 
-from vibroimpact._core.chebyshev import RESOLVED, fitted, nodes, real_zeros
+from vibroimpact._core.chebyshev import RESOLVED_OF_LARGEST, fitted, nodes, real_zeros
 from vibroimpact._core.checks import check_kind, ends_of, positive
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
@@ -242,7 +242,7 @@ def pieces(
         coefficients = fitted(values)
         scale = np.abs(coefficients).max(axis=0)
         tail = np.abs(coefficients[-4:]).max(axis=0)
-        if np.all(tail <= RESOLVED * scale):
+        if np.all(tail <= RESOLVED_OF_LARGEST * scale):
             yield a, b, coefficients
         elif depth == DEEPEST:
             raise UnresolvedError(a, b)

@@ -117,7 +117,7 @@ class ElementRows(Generic[Kind]):
         return speed
 
     def constraint(self) -> Constraint:
-        """What it prescribes in its holding state; of a rigid stop, while it is closed."""
+        """Constraint in the holding state of the element; for a rigid stop, while it is closed."""
         acceleration = self.rows.motion(self.element.motion, 2)
         return Constraint(list(self.element.row), self.held_speed, acceleration)
 
@@ -133,5 +133,5 @@ class ElementRows(Generic[Kind]):
                 pull[i] = plus(pull[i], row, sign * x)
 
     def limits(self, state: int, hold: Hold | None, *, pinned: bool) -> list[Limits]:
-        """What ends a state. ``hold`` is what holds it in its holding state; ``pinned``: others prescribe row . v."""
+        """Limits at which a state ends, held by ``hold`` or ``pinned``, where others prescribe row . v."""
         return []

@@ -29,7 +29,7 @@ class FrictionRows(ElementRows[Friction]):
         return kinetic, -1 if state == FrictionState.FORWARD else 1
 
     def limits(self, state: int, hold: Hold | None, *, pinned: bool) -> list[Limits]:
-        """Where it breaks away, turns back, lifts off or touches again."""
+        """Limits at which it breaks away, turns back, lifts off or touches again."""
         load = self.element.load
         if hold is not None:
             if load is None:

@@ -14,7 +14,7 @@ class RigidStopRows(ElementRows[RigidStop]):
     """A rigid stop."""
 
     def open(self, *, pinned: bool) -> Guard:
-        """Its gap, which is constant where others prescribe row . v."""
+        """Guard of the gap, which is constant where others prescribe row . v."""
         gap, e = self.gap, self.element
         limits = (-math.inf, math.inf) if pinned else (e.lower, e.upper)
         return Guard(gap[:-1], gap[-1], *limits)

@@ -32,7 +32,7 @@ class SoftStopRows(ElementRows[SoftStop]):
         return self._press(side), -side
 
     def limits(self, state: int, hold: Hold | None, *, pinned: bool) -> list[Limits]:
-        """Where the gap opens or closes, and where its law asks for another force."""
+        """Limits at which the gap opens or closes, or the law asks for another force."""
         e, gap, side = self.element, self.gap, self.element.side_of(state)
         if not side:
             return [Limits(gap, e.lower, e.upper)]

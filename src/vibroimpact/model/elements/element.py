@@ -27,7 +27,7 @@ class Look(NamedTuple):
 
 
 class Spring(NamedTuple):
-    """What presses at a stop: where it begins, its stiffness, infinite where it is rigid, and its damping."""
+    """Spring and dashpot of a stop: where it begins, its stiffness, infinite where it is rigid, and its damping."""
 
     limit: float
     stiffness: float
@@ -44,7 +44,7 @@ class Grip(NamedTuple):
 
 
 class Element(ABC):
-    """What acts on a mechanism along ``row``, and changes its law with its state.
+    """Part of a machine that acts along ``row`` and changes its law with its state.
 
     An element is a frozen dataclass. Its ``row`` gives the coordinate u = row . x along which it acts, and is empty
     where it acts along none; ``motion`` is the displacement of its stops, or of what it rubs on, over time.
@@ -99,16 +99,16 @@ class Element(ABC):
         return 0 if not self.is_stop or not state else 1 if state % 2 else -1
 
     def spring_at(self, side: int) -> Spring | None:
-        """What presses beyond the stop of a side, where there is one."""
+        """Spring that presses beyond the stop of a side; None where there is none."""
         return None
 
     def limit_at(self, side: int) -> float:
-        """Where the stop of a side begins; infinite where there is none."""
+        """Limit at which the stop of a side begins; infinite where there is none."""
         spring = self.spring_at(side)
         return side * math.inf if spring is None else spring.limit
 
     def pressed(self, state: int) -> Spring | None:
-        """What presses in a state; None where nothing does."""
+        """Spring that presses in a state; None where nothing does."""
         side = self.side_of(state)
         return self.spring_at(side) if side and state not in self.free else None
 
@@ -157,7 +157,7 @@ class Element(ABC):
 
     @abstractmethod
     def caption(self, *sides: int) -> str:
-        """What is written beside its symbol: the numbers of its law, at the stops on these sides."""
+        """Caption beside its symbol: the numbers of its law, at the stops on these sides."""
 
 
 def nonzero_row(value: Any, what: str) -> tuple[float, ...]:

@@ -16,7 +16,7 @@ from vibroimpact._core.checks import (
     vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.scalars import ROUNDING
+from vibroimpact._core.scalars import ROUNDING_PER_TERM
 from vibroimpact.model.elements.element import Element, Grip, Look, nonzero_row
 from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 
@@ -161,7 +161,7 @@ class Friction(Element):
                 vector(f"{name}.load.{part}", getattr(self.load, part), n)
 
     def check_massless(self, light: Sequence[int], name: str) -> None:
-        """Of two levels the force would jump."""
+        """Refuse two levels, or a load, on a coordinate without mass: its force would jump."""
         for i in light:
             if self.row[i] and (self.load is not None or self.static != self.kinetic):
                 raise InvalidParameterError(
@@ -175,7 +175,7 @@ class Friction(Element):
         return replace(self, **{name: value, **({"static": value} if both else {})})
 
     def widened(self) -> Friction:
-        """Its load, too, does not depend on one coordinate more."""
+        """Copy on one coordinate more, on which neither friction nor its load depends."""
         load = self.load
         if load is not None:
             position, velocity = (
@@ -186,12 +186,12 @@ class Friction(Element):
 
     @property
     def positions(self) -> list[tuple[float, ...]]:
-        """That of its load."""
+        """Row of positions of the load, where it has one."""
         return [self.load.position] if self.load and any(self.load.position) else []
 
     @property
     def own_forces(self) -> tuple[tuple[float, ...], ...]:
-        """Its static force under the constant part of its load, and its waves."""
+        """Static force under the constant part of the load and its waves."""
         waves = self.load.motion if self.load else ()
         sizes = [abs(part) for line in waves for part in (*line.sine, *line.cosine)]
         load = [abs(self.load.constant), *sizes] if self.load else [1.0]
@@ -200,7 +200,7 @@ class Friction(Element):
 
     @property
     def grip(self) -> Grip:
-        """Its levels, load and belt."""
+        """Levels, constant load and belt speed of the friction."""
         assert self.static is not None
         load = 1.0 if self.load is None else self.load.constant
         return Grip(self.kinetic, self.static, load, self.belt_speed)
@@ -217,11 +217,13 @@ class Friction(Element):
         pairs = [*zip(other.row, self.row, strict=True), (other.belt_speed, self.belt_speed)]
         for omega in {**here, **there}:
             pairs += zip(here.get(omega, (0.0, 0.0)), there.get(omega, (0.0, 0.0)), strict=True)
-        alike = all(abs(y - factor * x) <= ROUNDING * (abs(y) + abs(factor * x)) for x, y in pairs)
+        alike = all(
+            abs(y - factor * x) <= ROUNDING_PER_TERM * (abs(y) + abs(factor * x)) for x, y in pairs
+        )
         return factor if alike else None
 
     def caption(self, *sides: int) -> str:
-        """Its levels, and how its belt moves."""
+        """Caption: the levels, and how the belt moves."""
         static = "" if self.static == self.kinetic else f", static {self.static:g}"
         speed = f"\nbelt {self.belt_speed:g}" if self.belt_speed else ""
         swings = (", swings" if speed else "\nbelt swings") if self.motion else ""

@@ -14,7 +14,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.elements.element import Element, Look
 from vibroimpact.model.harmonic import Harmonic
 
-HALF_TURN = 2.0**-50  # relative: arcs that are pi long
+HALF_TURN_RELATIVE = 2.0**-50  # arcs that are so near to pi, relative to it, are pi long
 MOST_ARCS = 5
 
 
@@ -48,7 +48,7 @@ class PhaseSwitch(Element):
     forces
         One vector of shape (n,) for each arc.
     impulses
-        Likewise, for the beginning of each arc; none where left out.
+        One vector of shape (n,) for the beginning of each arc; no impulses where left out.
     """
 
     kind: ClassVar[str] = "phase_switch"
@@ -93,7 +93,7 @@ class PhaseSwitch(Element):
         out = []
         ends = (*self.phases[1:], self.phases[0] + 2.0 * math.pi)
         for k, (begin, end) in enumerate(zip(self.phases, ends, strict=True)):
-            pieces = max(1, math.ceil((end - begin) / math.pi - HALF_TURN))
+            pieces = max(1, math.ceil((end - begin) / math.pi - HALF_TURN_RELATIVE))
             cuts = [begin + (end - begin) * i / pieces for i in range(pieces)]
             out += [(a, b, k) for a, b in zip(cuts, [*cuts[1:], end], strict=True)]
         return tuple(out)
@@ -101,7 +101,7 @@ class PhaseSwitch(Element):
     def is_half_turn(self, state: int) -> bool:
         """Whether the arc of a state is pi long: it ends where the sine of its begin vanishes, too."""
         begin, end, _ = self.arcs[state]
-        return abs((end - begin) / math.pi - 1.0) <= HALF_TURN
+        return abs((end - begin) / math.pi - 1.0) <= HALF_TURN_RELATIVE
 
     @property
     def states(self) -> tuple[PhaseSwitchState, ...]:
@@ -128,7 +128,7 @@ class PhaseSwitch(Element):
                 )
 
     def widened(self) -> PhaseSwitch:
-        """Its vectors have a zero more."""
+        """Copy whose forces and impulses have one more entry, which is zero."""
         forces, impulses = (
             tuple((*row, 0.0) for row in rows) for rows in (self.forces, self.impulses)
         )
@@ -136,14 +136,14 @@ class PhaseSwitch(Element):
 
     @property
     def own_forces(self) -> tuple[tuple[float, ...], ...]:
-        """Those of its arcs."""
+        """Forces of the arcs."""
         return self.forces
 
     @property
     def own_impulses(self) -> tuple[tuple[float, ...], ...]:
-        """Those at the beginnings of its arcs."""
+        """Impulses at the beginnings of the arcs."""
         return self.impulses
 
     def caption(self, *sides: int) -> str:
-        """What it does, in words."""
+        """Caption of the element in the picture of a machine."""
         return "forces that switch at phases"

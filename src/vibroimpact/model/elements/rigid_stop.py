@@ -29,7 +29,7 @@ from vibroimpact.model.elements.element import (
 )
 from vibroimpact.model.harmonic import Harmonic, as_lines
 
-APART = "Give motion, that of both stops; stops that move differently are two."
+ONE_MOTION = "Give motion, that of both stops; stops that move differently are two."
 FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static)."
 RIGID = "A rigid stop has a coefficient of restitution. A spring or dashpot is a SoftStop."
 
@@ -44,7 +44,7 @@ class RigidStopState(IntEnum):
 
 @names_arguments(
     friction=FRICTIONLESS, mu=FRICTIONLESS, stiffness=RIGID, damping=RIGID, velocity=MOVES,
-    amplitude=MOVES, omega=MOVES, upper_motion=APART, lower_motion=APART,
+    amplitude=MOVES, omega=MOVES, upper_motion=ONE_MOTION, lower_motion=ONE_MOTION,
 )  # fmt: skip
 @dataclass(frozen=True, slots=True)
 class RigidStop(Element):
@@ -104,7 +104,7 @@ class RigidStop(Element):
         return r if isinstance(r, tuple) else (r, r)
 
     def check_massless(self, light: Sequence[int], name: str) -> None:
-        """It would need an infinite acceleration."""
+        """Refuse a coordinate without mass, which would need an infinite acceleration."""
         for i in light:
             if self.row[i]:
                 raise InvalidParameterError(
@@ -113,7 +113,7 @@ class RigidStop(Element):
                 )
 
     def spring_at(self, side: int) -> Spring:
-        """An infinitely stiff one."""
+        """Infinitely stiff spring at the stop of a side."""
         return Spring(self.upper if side > 0 else self.lower, math.inf, 0.0)
 
     @property

@@ -120,7 +120,7 @@ class SoftStop(Element):
         object.__setattr__(self, "motion", as_lines("motion", self.motion))
 
     def spring_at(self, side: int) -> Spring:
-        """That of a side."""
+        """Spring and dashpot at the stop of a side."""
         i = 1 if side > 0 else 0
         pairs = self.stiffness, self.damping
         k, c = (pair[i] if isinstance(pair, tuple) else pair for pair in pairs)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import check_choice, check_count, check_kind, share
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
-from vibroimpact.attractors.matching import TOLERANCE
+from vibroimpact.attractors.matching import MEMBER_DISTANCE
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.places import AtPhase, AtStop
@@ -25,7 +25,7 @@ from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
     LOST,
-    MATCHED,
+    OBSERVERS_ARE_FIXED,
     call_of,
     check_axes,
     check_options,
@@ -36,13 +36,13 @@ from vibroimpact.sweeps.states import States
 from vibroimpact.sweeps.sweep import sweep
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
-POINTS = 8  # of each member: the number that the rule of matching.py needs
+MATCHED_POINTS = 8  # the rule of matching.py needs so many points of each member
 
 
 @interruptible(LOST)
 def basins(
     system: System, *, over: Mapping[str, ArrayLike], start: State,
-    at: AtStop | AtPhase | None = None, tolerance: float = TOLERANCE, most: int = 64, **options: Any,
+    at: AtStop | AtPhase | None = None, tolerance: float = MEMBER_DISTANCE, most: int = 64, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Compute basins of attraction on a grid of two state coordinates.
 
@@ -113,9 +113,9 @@ def basins(
     check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
     check_count("most", most, 1)
     share("tolerance", tolerance)
-    refuse(options, "observe", MATCHED)
+    refuse(options, "observe", OBSERVERS_ARE_FIXED)
     place, starts = observed_place(system, at), GridStarts(over, start)
-    section = section_observer(place, POINTS)
+    section = section_observer(place, MATCHED_POINTS)
     requested = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
     members = sweep(system, start=starts, **requested)
     labels, found, ends = label_attractors(

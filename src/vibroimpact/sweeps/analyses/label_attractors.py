@@ -27,7 +27,12 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.types import Floats, Integers, Rows
 from vibroimpact.attractors.classify import Attractor, classify
-from vibroimpact.attractors.matching import TOLERANCE, KnownAttractor, known_attractor, proportional
+from vibroimpact.attractors.matching import (
+    MEMBER_DISTANCE,
+    KnownAttractor,
+    known_attractor,
+    proportional,
+)
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
@@ -40,8 +45,9 @@ from vibroimpact.sweeps.states import States
 Words = NDArray[np.str_]
 
 NOT_MATCHED = -1
-LONGER, EXTENSIONS = 8, 2  # factor of each extension, and their number
-MANY = 64  # members in flight: fewer are extended in any case
+EXTENSION_FACTOR = 8  # each extension multiplies the window by this factor
+MOST_EXTENSIONS = 2  # a window is extended so often at most
+FEW_MEMBERS = 64  # so many members in flight, or fewer, are extended in any case
 
 
 @dataclass(frozen=True)
@@ -96,7 +102,7 @@ class Labels:
 
 def label_attractors(
     system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *,
-    at: At, tolerance: float = TOLERANCE, most: int = 64,
+    at: At, tolerance: float = MEMBER_DISTANCE, most: int = 64,
 ) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 
@@ -142,7 +148,7 @@ class Class(NamedTuple):
     symbol: Integers
 
     def among(self, table: Table, rows: Rows) -> Rows:
-        """Those of some members that are on the attractor."""
+        """Return the rows of the members that are on the attractor."""
         alike = _alike(table.symbols[rows], self.symbol, self.shape)
         return rows[alike & self.shape.contains(table.points[rows])]
 
@@ -231,7 +237,7 @@ class Search:
         """Members to continue: all unlabelled, except many in flight of unchanged number."""
         left = self.labels.left
         flying = table.silent[left]
-        if MANY < flying.sum() == flew:
+        if FEW_MEMBERS < flying.sum() == flew:
             left = left[~flying]
         return left
 
@@ -239,17 +245,21 @@ class Search:
 def _searched(search: Search, table: Table, extend: ExtendRun) -> Table:
     """Classify, and continue members without a label, until all have one or the rounds end."""
     flew = -1
-    for round_ in range(EXTENSIONS + 1):
-        search.classify_all(table, last=round_ == EXTENSIONS)
+    for round_ in range(MOST_EXTENSIONS + 1):
+        search.classify_all(table, last=round_ == MOST_EXTENSIONS)
         left = search.labels.left
-        if not left.size or round_ == EXTENSIONS:
+        if not left.size or round_ == MOST_EXTENSIONS:
             break
         rows, flew = search.to_extend(table, flew), int(table.silent[left].sum())
-        table = table.extended(rows, extend, LONGER ** (round_ + 1))
+        table = table.extended(rows, extend, EXTENSION_FACTOR ** (round_ + 1))
     _rest(search.labels, table, extend)
     strayed = np.array(search.classified, dtype=np.intp)
     strayed = strayed[~table.settled[strayed]]
-    return table.extended(strayed, extend, LONGER**EXTENSIONS) if strayed.size else table
+    return (
+        table.extended(strayed, extend, EXTENSION_FACTOR**MOST_EXTENSIONS)
+        if strayed.size
+        else table
+    )
 
 
 def _rest(labels: Labels, table: Table, extend: ExtendRun) -> None:
@@ -260,7 +270,9 @@ def _rest(labels: Labels, table: Table, extend: ExtendRun) -> None:
     words = np.array(table.symbol_words(elsewhere))
     _by_word(labels, table, elsewhere, words, Kind.UNDECIDED)
     if silent.any():
-        times = LONGER if silent.sum() > MANY else LONGER**EXTENSIONS
+        times = (
+            EXTENSION_FACTOR if silent.sum() > FEW_MEMBERS else EXTENSION_FACTOR**MOST_EXTENSIONS
+        )
         table = table.extended(left[silent], extend, times, whole=True)
         still = left[silent & table.silent[left]]
         _by_word(labels, table, still, np.array(table.without_impacts(still)), Kind.SILENT)

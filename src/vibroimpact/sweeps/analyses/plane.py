@@ -14,7 +14,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.attractors.classify import rest_on_stops
 from vibroimpact.attractors.matching import (
-    TOLERANCE,
+    MEMBER_DISTANCE,
     count_attractors,
     count_symbols,
     observed_section,
@@ -35,7 +35,7 @@ from vibroimpact.sweeps.analyses.motion_codes import (
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
     LOST,
-    MATCHED,
+    OBSERVERS_ARE_FIXED,
     Observe,
     call_of,
     check_axes,
@@ -46,7 +46,7 @@ from vibroimpact.sweeps.options import (
 from vibroimpact.sweeps.starts import Many
 from vibroimpact.sweeps.sweep import sweep
 
-POINTS = 16  # of each member for counting
+COUNTED_POINTS = 16  # so many points of each member are counted
 EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'
 
 
@@ -132,7 +132,7 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
 @interruptible(LOST)
 def multistability(
     system: System, *, over: Mapping[str, ArrayLike], start: Many,
-    at: AtStop | AtPhase | None = None, tolerance: float = TOLERANCE, **options: Any,
+    at: AtStop | AtPhase | None = None, tolerance: float = MEMBER_DISTANCE, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Count the attractors reached from several starts, at every point of a grid of parameters.
 
@@ -178,10 +178,10 @@ def multistability(
             "ListedStarts, and at least one parameter. For one system take vi.basins."
         )
     share("tolerance", tolerance)
-    refuse(options, "observe", MATCHED)
+    refuse(options, "observe", OBSERVERS_ARE_FIXED)
     check_options("multistability", options, multistability, sweep)
     place = observed_place(system, at)
-    section = section_observer(place, POINTS)
+    section = section_observer(place, COUNTED_POINTS)
     members = sweep(
         system, over=over, observe=[section, "symbol", "impacts", "speeds", "final"],
         start=start, **options,

@@ -192,7 +192,7 @@ def _rounding(law: RigidStop, state: State) -> float:
 
 
 def _next(work: _Work, systems: Rows, states: States, out: Arrays) -> States:
-    """Where the next value starts: the final state, or the same start where there is none."""
+    """States from which the next value starts: the final state, or the same start where there is none."""
     position, velocity = out["final_position"], out["final_velocity"]
     forces = work.plan.mechanism.forces
     phase = out["final_phase"]
@@ -204,6 +204,6 @@ def _next(work: _Work, systems: Rows, states: States, out: Arrays) -> States:
 
 
 def _ran(out: Arrays) -> NDArray[np.bool_]:
-    """Which members moved at all."""
+    """Mask of the members that moved at all."""
     ran: NDArray[np.bool_] = out["end"] != MemberStatus.INITIAL_PENETRATION
     return ran

@@ -30,9 +30,10 @@ from vibroimpact.sweeps.execution.threads import cores
 from vibroimpact.sweeps.execution.tiles import Tile
 from vibroimpact.sweeps.plan import Plan
 
-AHEAD = 3  # tiles per worker thread that are under way: a worker never waits for this process
-RETRIES = 3  # of a tile whose task failed
-LOOK = 1.0  # seconds between two looks at the cluster while no tile comes
+# So many tiles per worker thread are under way: a worker never waits for this process.
+TILES_PER_THREAD = 3
+TASK_RETRIES = 3  # a tile whose task failed is tried again so often
+LOOK_SECONDS = 1.0  # the cluster is looked at so often while no tile comes
 
 LOST = "backend = 'dask': the connection to the cluster was lost"
 CANCELLED = "backend = 'dask': the cluster has cancelled the tasks"
@@ -55,7 +56,7 @@ def compute_tiles(
     with _connected(distributed, client, workers) as cluster, explained(distributed, cluster):
         try:
             while True:
-                room = AHEAD * max(sum(cluster.nthreads().values()), 1) - len(under_way)
+                room = TILES_PER_THREAD * max(sum(cluster.nthreads().values()), 1) - len(under_way)
                 for tile in islice(todo, max(room, 0)):
                     under_way[_submitted(cluster, plan.block(tile.place))] = tile
                 if not under_way:
@@ -117,7 +118,7 @@ def _client_at(distributed: Any, address: str) -> Any:
 
 
 def _submitted(cluster: Any, block: Plan) -> Any:
-    return cluster.submit(_task, block, _kernel.version(), pure=False, retries=RETRIES)
+    return cluster.submit(_task, block, _kernel.version(), pure=False, retries=TASK_RETRIES)
 
 
 def _task(block: Plan, version: str) -> Arrays:
@@ -134,7 +135,7 @@ def completed(distributed: Any, cluster: Any, tasks: list[Any]) -> Iterable[Any]
     """Wait for the first tasks that are done; a cluster that is lost is not waited for."""
     while cluster.status == "running":
         with cluster.as_current(), suppress(distributed.TimeoutError):
-            done: set[Any] = distributed.wait(tasks, LOOK, "FIRST_COMPLETED").done
+            done: set[Any] = distributed.wait(tasks, LOOK_SECONDS, "FIRST_COMPLETED").done
             return done
     raise ClusterLostError(LOST)
 
@@ -145,7 +146,7 @@ def result_of(distributed: Any, cluster: Any, task: Any) -> Any:
         if task.status == "error":
             return task.result()  # raises what the task has raised, a TimeoutError too
         with suppress(distributed.TimeoutError):
-            return task.result(LOOK)
+            return task.result(LOOK_SECONDS)
     raise ClusterLostError(LOST)
 
 

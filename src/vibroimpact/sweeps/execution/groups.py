@@ -78,7 +78,7 @@ def _cut(plan: Plan, tiles: Iterable[Tile], most: int) -> Iterator[list[Tile]]:
 
 
 def _systems_of(plan: Plan, tile: Tile) -> tuple[int, ...]:
-    """Which systems a tile has: its place in the grid of tiles without the starts."""
+    """Key of the systems of a tile: its place in the grid of tiles without the starts."""
     return tile.chunk[: len(plan.axes)]
 
 

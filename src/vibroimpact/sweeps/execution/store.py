@@ -29,9 +29,9 @@ from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterEr
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
-from vibroimpact.sweeps.specification import ATTRIBUTE, SweepSpec
+from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
 
-SHOWN = 6  # differences between two specifications that a message lists
+MOST_SHOWN_DIFFERENCES = 6  # a message lists so many differences between two specifications at most
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
 
 
@@ -90,7 +90,7 @@ class Store:
 
     @property
     def kept(self) -> str:
-        """What is there, and how to go on."""
+        """Sentence that says what is there, and how to go on."""
         tiles = list(tiles_of(tuple(self.schema.grid.values()), self.tile))
         done = len(tiles) - len(self.missing)
         return (
@@ -206,17 +206,21 @@ def _check(path: Path, specification: SweepSpec) -> None:
     stored = _specification_in(path)
     different = specification.differences(stored)
     if different:
-        more = f"; and {len(different) - SHOWN} more" if len(different) > SHOWN else ""
+        more = (
+            f"; and {len(different) - MOST_SHOWN_DIFFERENCES} more"
+            if len(different) > MOST_SHOWN_DIFFERENCES
+            else ""
+        )
         raise InvalidParameterError(
             f"store = {str(path)!r}: holds another sweep. Requested is "
-            f"{'; '.join(different[:SHOWN])}{more}. Name another store, or ask what it holds."
+            f"{'; '.join(different[:MOST_SHOWN_DIFFERENCES])}{more}. Name another store, or ask what it holds."
         )
 
 
 def _specification_in(path: Path) -> SweepSpec:
     try:
         group = _zarr().open_group(path, mode="r")
-        text = group.attrs[ATTRIBUTE]
+        text = group.attrs[SPECIFICATION_ATTRIBUTE]
         names = json.loads(text)["axes"]
         return SweepSpec(text, tuple((name, tuple(group[name][:].tolist())) for name in names))
     except (OSError, KeyError, ValueError) as error:

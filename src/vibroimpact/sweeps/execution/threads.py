@@ -14,8 +14,8 @@ from vibroimpact.sweeps.execution.groups import grouped
 from vibroimpact.sweeps.execution.tiles import Tile
 from vibroimpact.sweeps.plan import Plan
 
-AHEAD = 2  # tiles per thread that are begun or wait: results that nobody has taken yet are few
-LOOK = 0.5  # seconds between two looks for a Ctrl-C that did not wake the main thread
+TILES_PER_THREAD = 2  # so many tiles are begun or wait: results that nobody has taken yet are few
+LOOK_SECONDS = 0.5  # it is looked so often for a Ctrl-C that did not wake the main thread
 
 
 def compute_tiles(
@@ -31,11 +31,11 @@ def compute_tiles(
     running: dict[Future[Arrays], Tile] = {}
     try:
         while True:
-            for tile, group in islice(todo, AHEAD * threads - len(running)):
+            for tile, group in islice(todo, TILES_PER_THREAD * threads - len(running)):
                 running[pool.submit(group.compute, tile, stop.is_set)] = tile
             if not running:
                 return
-            for future in wait(running, LOOK, FIRST_COMPLETED).done:
+            for future in wait(running, LOOK_SECONDS, FIRST_COMPLETED).done:
                 yield running.pop(future), future.result()
     finally:
         stop.set()

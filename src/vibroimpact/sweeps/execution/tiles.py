@@ -3,7 +3,7 @@
 Method      the sizes of a tile are filled from the last dimension to the first, so that a tile is a
             contiguous stretch of the grid, cut to a box; a followed dimension is never cut   (1)
             a tile has as many members as fit into TILE_SECONDS, not so many that there are fewer
-            than ENOUGH tiles unless they had fewer than FEWEST members, and along a followed
+            than ENOUGH_TILES tiles unless they had fewer than FEWEST_MEMBERS members, and along a followed
             axis so many side by side that a step takes CALL_SECONDS; all within TILE_BYTES   (2)
 Accuracy    results do not depend on tiles: a member has the same bits in any
 """
@@ -19,11 +19,11 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.sweeps.plan import Place
 
 TILE_SECONDS = 1.0
-SECONDS_PER_PERIOD = 1e-7  # of one member: two impacts, some 50 ns each
+SECONDS_PER_PERIOD = 1e-7  # a member takes so long: two impacts, some 50 ns each
 TILE_BYTES = 2**28
-ENOUGH = 64  # tiles for any number of threads of one machine to end at about the same time
+ENOUGH_TILES = 64  # with so many the threads of one machine end at about the same time
 CALL_SECONDS = 1e-3  # what a call of the kernel costs beside its members
-FEWEST = 1024  # members: what a call costs beside them is little
+FEWEST_MEMBERS = 1024  # what a call costs beside so many members is little
 
 
 class Tile(NamedTuple):
@@ -61,7 +61,7 @@ def members_per_tile(size: int, cycles: float, member_bytes: int, along: int = 1
         Length of the followed axis.
     """
     seconds = SECONDS_PER_PERIOD * max(cycles, 1.0)
-    by_count = max(math.ceil(size / ENOUGH), FEWEST)
+    by_count = max(math.ceil(size / ENOUGH_TILES), FEWEST_MEMBERS)
     side_by_side = math.ceil(CALL_SECONDS / seconds)
     members = max(min(TILE_SECONDS / seconds, by_count), along * side_by_side)
     return max(1, int(min(members, TILE_BYTES // max(member_bytes, 1))))

@@ -8,11 +8,12 @@ from vibroimpact.simulation.places import AtChange, AtPhase, AtStop, place_in
 from vibroimpact.sweeps.observers.section import Section
 from vibroimpact.sweeps.observers.stroboscopic import Stroboscopic
 
-STROBES = 32  # points at a phase: periods up to half of them are recognised
+# A section has so many points at a phase: periods up to half of them are recognised.
+STROBE_POINTS = 32
 
 
 def observed_place(system: System, at: AtStop | AtPhase | None) -> AtStop | AtPhase:
-    """As ``place_in``; no observer has the points at changes of an element."""
+    """Place of ``place_in``, which must be one that observers have: no change of an element."""
     place = place_in(system, at)
     if isinstance(place, AtChange):
         raise refusal(
@@ -23,9 +24,9 @@ def observed_place(system: System, at: AtStop | AtPhase | None) -> AtStop | AtPh
 
 
 def section_observer(
-    at: AtStop | AtPhase, points: int, strobes: int = STROBES
+    at: AtStop | AtPhase, points: int, strobes: int = STROBE_POINTS
 ) -> Section | Stroboscopic:
-    """So many ``points`` at a stop; ``strobes`` at a phase of the force."""
+    """Observer of so many ``points`` at a stop; ``strobes`` at a phase of the force."""
     if isinstance(at, AtStop):
         return Section(points=points, contact=at.contact, stop=at.stop)
     return Stroboscopic(points=strobes, phase=at.phase)

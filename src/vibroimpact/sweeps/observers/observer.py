@@ -52,7 +52,7 @@ class Observer(ABC):
 
     @abstractmethod
     def variables(self, mechanism: Mechanism) -> Variables:
-        """By name: what it returns of a member."""
+        """Variables that it returns of a member, by name."""
 
 
 class Variable(NamedTuple):
@@ -131,7 +131,7 @@ def whole(
 
 
 def reals(table: str, texts: dict[str, str], units: str = "", quantity: str = "") -> Variables:
-    """One number per column."""
+    """Real variables, each of one column of the kernel."""
     return {
         name: real(table, text, slice(i, i + 1), units, quantity=quantity)
         for i, (name, text) in enumerate(texts.items())

@@ -113,7 +113,7 @@ def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
 
 
 def variables_of(observers: Sequence[Observer], mechanism: Mechanism) -> Variables:
-    """By name: every variable of a member, ``end`` and ``time`` first.
+    """Every variable of a member by name, ``end`` and ``time`` first.
 
     Raises
     ------
@@ -142,7 +142,7 @@ def variables_of(observers: Sequence[Observer], mechanism: Mechanism) -> Variabl
 
 
 def results(observers: Sequence[Observer], mechanism: Mechanism, raw: Arrays) -> Arrays:
-    """By name: the variables of every member, from the tables of the kernel."""
+    """Variables of every member by name, from the tables of the kernel."""
     count = len(raw["end"])
     return {
         name: np.ascontiguousarray(

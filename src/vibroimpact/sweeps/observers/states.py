@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from vibroimpact.compile.piecewise import RADIX
+from vibroimpact.compile.piecewise import STATES_PER_ELEMENT
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.sweeps.observers.observer import ELEMENT, STATE, Observer, Variables, real
 
@@ -24,6 +24,6 @@ class States(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """``share_in_state`` (..., element, state)."""
-        shape = len(mechanism.switching), RADIX
+        shape = len(mechanism.switching), STATES_PER_ELEMENT
         share = real("shares", "share of time in state", dims=(ELEMENT, STATE), shape=shape)
         return {"share_in_state": share}
