@@ -333,7 +333,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "find_orbits": (
             vi.find_orbits,
             {"system": damper, "cycles": 1, "impacts": 2, "starts": 1, "seed": 0,
-             "progress": None},
+             "progress": False},
         ),
         "full_map": (vi.full_map, {"orbit": orbit, "parameter": "omega"}),
         "half_map": (vi.half_map, {"orbit": orbit, "parameter": "omega"}),
@@ -350,7 +350,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "continue_orbit": (
             vi.continue_orbit,
             {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "steps": few,
-             "both": False, "tangent": None, "progress": None},
+             "both": False, "tangent": None, "progress": False},
         ),
         "find_circle": (
             vi.find_circle,
@@ -373,7 +373,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             vi.continue_circle,
             {"circle": circle, "parameter": "p", "bounds": (0.85, 0.95), "both": True,
              "first": 0.1, "least": 1e-2, "largest": 0.5, "points": 3, "tolerance": 1e-10,
-             "most_nodes": 63, "progress": None},
+             "most_nodes": 63, "progress": False},
         ),
         "CircleBranch.__getitem__": (family.__getitem__, {"label": "PD1"}),
         "CircleBranch.plot": (family.plot, {"ax": None}),
@@ -383,12 +383,12 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "switch_branch": (
             vi.switch_branch,
-            {"point": branch["NS1"], "bounds": (1.0, 1.21), "steps": few, "progress": None},
+            {"point": branch["NS1"], "bounds": (1.0, 1.21), "steps": few, "progress": False},
         ),
         "branch_diagram": (
             vi.branch_diagram,
             {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "depth": 0, "most": 1,
-             "attractors": 2, "steps": few, "progress": None},
+             "attractors": 2, "steps": few, "progress": False},
         ),
         "Branch.orbit": (branch.orbit, {"index": 0}),
         "Branch.__getitem__": (branch.__getitem__, {"label": "NS1"}),
@@ -398,24 +398,24 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "continue_bifurcation": (
             vi.continue_bifurcation,
             {"point": branch["NS1"], "parameters": PLANE, "bounds": around, "kind": "",
-             "steps": few, "both": False, "progress": None},
+             "steps": few, "both": False, "progress": False},
         ),
         "continue_level": (
             vi.continue_level,
             {"orbit": closed, "function": first_speed, "parameters": PLANE, "bounds": around,
-             "value": None, "steps": few, "both": False, "progress": None},
+             "value": None, "steps": few, "both": False, "progress": False},
         ),
         "switch_curve": (
             vi.switch_curve,
-            {"point": torus["R1_1"], "bounds": None, "steps": few, "progress": None},
+            {"point": torus["R1_1"], "bounds": None, "steps": few, "progress": False},
         ),
         "bifurcation_atlas": (
             vi.bifurcation_atlas,
             {"orbit": closed, "parameters": PLANE, "bounds": around, "touches": False, "levels": 0,
-             "most": 1, "steps": few, "progress": None},
+             "most": 1, "steps": few, "progress": False},
         ),
         "tongue": (
-            vi.tongue, {"point": torus["1/5_1"], "bounds": None, "steps": few, "progress": None},
+            vi.tongue, {"point": torus["1/5_1"], "bounds": None, "steps": few, "progress": False},
         ),
         "Tongue.plot": (locked.plot, {"ax": None}),
         "map_bifurcation": (

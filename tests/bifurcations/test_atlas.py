@@ -39,11 +39,11 @@ def test_every_curve_is_followed_once_though_two_branches_meet_it() -> None:
 def test_folds_of_period_four_are_in_the_atlas_and_their_points_shared() -> None:
     folds = [c for c in atlas().curves if c.kind == "SN"]
     assert {curve.orbit(0).symbol for curve in folds} == {"2-2-2"}
-    for point in atlas().points:
-        assert len(point.members) >= 1
-        for number, label in point.members:
-            there = atlas().curves[number][label].parameters
-            assert tuple(there.values()) == pytest.approx(point.parameters, abs=1e-6)
+    for shared in atlas().points:
+        at = tuple(shared[0][1].parameters.values())
+        for number, point in shared:
+            assert atlas().curves[number][point.label] is point
+            assert tuple(point.parameters.values()) == pytest.approx(at, abs=1e-6)
 
 
 def test_a_search_that_stops_at_its_greatest_number_says_so() -> None:

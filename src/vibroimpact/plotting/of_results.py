@@ -60,7 +60,7 @@ def _diagram(diagram: Diagram, variable: str = "v1", **options: Any) -> Axes:
         variable=variable,
         stop=family.signature.impacts[0],
         mirror=not asymmetry(family.mechanism, least_cycles(family.mechanism)),
-        attractors=points if points is not None and variable in [*points] else None,
+        attractors=points if points is not None and str(variable) in points else None,
         bounds=diagram.bounds,
         **options,
     )
