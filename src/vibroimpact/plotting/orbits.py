@@ -97,7 +97,7 @@ def plot_orbits(
             ax.plot(across, up, "o", color=colour, markerfacecolor=face, label=orbit.symbol)
         ax.set(xlabel=coordinate_label(x, units), ylabel=coordinate_label(y, units))
         if len(search):
-            style.legend_outside(ax, columns=5)
+            style.legend_outside(ax, columns=4)
     return ax
 
 
