@@ -61,7 +61,6 @@ def held_machine(seed: int, mass: float, length: float) -> tuple[vi.Mechanism, v
     [
         (0, 30),
         pytest.param(30, 160, marks=pytest.mark.slow),
-        pytest.param(160, 300, marks=pytest.mark.slow),
     ],
 )
 def test_random_blocks_leave_their_stops_alike_in_all_units_of_force(first: int, last: int) -> None:

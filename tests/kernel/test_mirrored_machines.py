@@ -45,6 +45,6 @@ def test_machines_seen_from_the_other_side_or_renumbered_have_the_same_events(fi
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("first", "last"), [(200, 400), (400, 600), (960, 970)])
+@pytest.mark.parametrize(("first", "last"), [(200, 400), (960, 970)])
 def test_many_machines_seen_otherwise_have_the_same_events(first: int, last: int) -> None:
     assert differences(range(first, last)) == {}
