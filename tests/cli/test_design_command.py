@@ -37,7 +37,7 @@ def best() -> vi.Design:
 @pytest.fixture
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     """A report of few values."""
-    for name, value in {"NUMBER": 3, "STARTS": 1, "MOST": 0}.items():
+    for name, value in {"REPORT_VALUES": 3, "REPORT_STARTS": 1, "REPORT_BRANCHES": 0}.items():
         monkeypatch.setattr(command, name, value)
 
 
