@@ -249,12 +249,6 @@ def check_flag(name: str, value: object) -> None:
     check_kind(name, value, (bool, np.bool_), "True or False")
 
 
-def check_function(name: str, value: object) -> None:
-    """Refuse a value that is neither a function nor None."""
-    if value is not None and not is_function(value):
-        raise refusal(name, value, "a function, or None")
-
-
 def is_function(value: object) -> bool:
     """Whether a value can be called, and is no class."""
     return callable(value) and not isinstance(value, type)

@@ -9,7 +9,7 @@ from dataclasses import replace
 from enum import IntEnum
 from typing import Any, ClassVar, NamedTuple, Self, cast
 
-from vibroimpact._core.checks import refusal, vector
+from vibroimpact._core.checks import real_or_infinite, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.harmonic import Harmonic
@@ -169,6 +169,13 @@ def nonzero_row(value: Any, what: str) -> tuple[float, ...]:
             "between a coordinate and itself nothing acts."
         )
     return row
+
+
+def set_limits(stop: Any) -> None:
+    """Take ``lower`` and ``upper`` of a stop as numbers, infinite where there is no stop, or raise naming them."""
+    for name in ("lower", "upper"):
+        value = real_or_infinite(name, getattr(stop, name), NUMBER_OR_NONE, MOVES)
+        object.__setattr__(stop, name, value)
 
 
 def pair_of(name: str, value: Any, check: Any) -> tuple[float, float]:

@@ -13,18 +13,17 @@ from vibroimpact._core.checks import (
     fraction,
     names_arguments,
     nonnegative,
-    real_or_infinite,
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.elements.element import (
     MOVES,
-    NUMBER_OR_NONE,
     Element,
     Look,
     Spring,
     nonzero_row,
     pair_of,
+    set_limits,
     symbols_of,
 )
 from vibroimpact.model.harmonic import Harmonic, as_lines
@@ -85,9 +84,7 @@ class RigidStop(Element):
     def __post_init__(self) -> None:
         check_flag("active", self.active)
         object.__setattr__(self, "row", nonzero_row(self.row, "a rigid stop"))
-        for name in ("lower", "upper"):
-            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
-            object.__setattr__(self, name, value)
+        set_limits(self)
         if not self.lower < self.upper or (is_infinite(self.lower) and is_infinite(self.upper)):
             raise InvalidParameterError(
                 f"lower = {self.lower}, upper = {self.upper}: need lower < upper, one finite. "

@@ -13,19 +13,17 @@ from vibroimpact._core.checks import (
     names_arguments,
     nonnegative,
     positive,
-    real_or_infinite,
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.elements.element import (
-    MOVES,
-    NUMBER_OR_NONE,
     Element,
     Look,
     Spring,
     nonzero_row,
     pair_of,
+    set_limits,
     symbols_of,
 )
 from vibroimpact.model.harmonic import Harmonic, as_lines
@@ -103,9 +101,7 @@ class SoftStop(Element):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "row", nonzero_row(self.row, "a soft stop"))
-        for name in ("lower", "upper"):
-            value = real_or_infinite(name, getattr(self, name), NUMBER_OR_NONE, MOVES)
-            object.__setattr__(self, name, value)
+        set_limits(self)
         if self.lower > self.upper or (is_infinite(self.lower) and is_infinite(self.upper)):
             raise InvalidParameterError(
                 f"lower = {self.lower}, upper = {self.upper}: need lower <= upper, one finite. "
