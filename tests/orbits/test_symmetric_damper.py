@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
+from support.systems import DAMPER_PARAMETERS
 
 import vibroimpact as vi
 from vibroimpact.machines.published import parameter_sets
@@ -72,18 +72,8 @@ def test_the_equations_of_orbits_hold_to_rounding_at_the_closed_forms(name: str)
     assert count > 60
 
 
-parameters = st.fixed_dictionaries({
-    "mass_ratio": st.floats(0.01, 3.0),
-    "omega_n": st.floats(0.0, 2.0),
-    "zeta": st.floats(0.01, 1.5),
-    "restitution": st.floats(0.05, 1.0),
-    "half_clearance": st.floats(0.05, 10.0),
-    "omega": st.floats(0.2, 3.0),
-})  # fmt: skip
-
-
 @settings(max_examples=100, deadline=None)
-@given(parameters)
+@given(DAMPER_PARAMETERS)
 def test_an_admissible_orbit_repeats_in_simulation(p: dict[str, float]) -> None:
     damper = vi.ImpactDamper(**p)
     for orbit in vi.symmetric_orbits(damper):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
+from support.systems import DAMPER_PARAMETERS
 from support.systems import paper_damper as damper_of
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
     Bifurcation,
@@ -115,18 +115,8 @@ def test_jets_through_the_engine_give_the_closed_form_jacobian() -> None:
         np.testing.assert_allclose(through.matrix[SECTION], half @ half, atol=1e-11 * size)
 
 
-parameters = st.fixed_dictionaries({
-    "mass_ratio": st.floats(0.01, 3.0),
-    "omega_n": st.floats(0.0, 2.0),
-    "zeta": st.floats(0.01, 1.5),
-    "restitution": st.floats(0.05, 1.0),
-    "half_clearance": st.floats(0.05, 10.0),
-    "omega": st.floats(0.2, 3.0),
-})  # fmt: skip
-
-
 @settings(max_examples=150, deadline=None)
-@given(parameters)
+@given(DAMPER_PARAMETERS)
 def test_the_determinant_of_the_half_map_is_the_identity(p: dict[str, float]) -> None:
     damper = vi.ImpactDamper(**p)
     for orbit in vi.symmetric_orbits(damper):

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from hypothesis import strategies as st
 from witness import damper as damper_witness_module
 
 import vibroimpact as vi
@@ -26,6 +27,17 @@ PAPER_SETS: dict[str, dict[str, float]] = {
         "half_clearance": 6.0,
     },
 }  # fmt: skip
+
+
+# Parameters of impact dampers of all kinds, for hypothesis.
+DAMPER_PARAMETERS = st.fixed_dictionaries({
+    "mass_ratio": st.floats(0.01, 3.0),
+    "omega_n": st.floats(0.0, 2.0),
+    "zeta": st.floats(0.01, 1.5),
+    "restitution": st.floats(0.05, 1.0),
+    "half_clearance": st.floats(0.05, 10.0),
+    "omega": st.floats(0.2, 3.0),
+})  # fmt: skip
 
 
 def paper_damper(name: str, omega: float, **changes: float) -> vi.ImpactDamper:
