@@ -4,7 +4,7 @@ Method      branches of the orbit along both parameters give the first bifurcati
             already is followed; from points of codimension two the other curves of the same orbit through the point,
             and those that begin there (switch_curve.py), are followed in turn, level by level
             A solution is on a curve if it or one of its images, brought to the chord of the two nearest points, lies
-            within DISTANCE_OF_CHORD of the chord's length                                                      (1)
+            within DISTANCE_OF_CHORD of the chord's length                                          (1)
             Points of two curves are one where their parameters agree to
             SAME_PARAMETERS_OF_RANGE of the ranges and their names fit                             (2)
 Assumes     what curves and switching assume. Curves that none of this reaches (isolas, orbits of other families) are

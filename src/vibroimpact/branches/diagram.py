@@ -9,7 +9,7 @@ Method      From the branch of the orbit, branches are switched (switch.py) once
               - a branch that holds the same orbit as a known one, in the same sense, at a common
                 value of the parameter is not new. Compared are the orbits at PROBE_SHARES of its points
                 with those that Newton's method finds between neighbouring points of the known
-                branch that enclose the value, within SAME_ORBIT_RELATIVE.                                    (2)
+                branch that enclose the value, within SAME_ORBIT_RELATIVE.                          (2)
             The attractors are those of a bifurcation_sweep, upwards and then back.
 Accuracy    of the branches, continuation; (1) and (2) the tolerances stated
 Fails       a junction where no branch was found is listed with its reason

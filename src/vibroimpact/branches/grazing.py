@@ -9,7 +9,7 @@ Method      For each stop and each flight the least gap at interior extrema (adm
             the points.                                                                       (1)
             It is a grazing if L is zero there, at an extremum: neither a jump of L nor the gap at
             another contact's impact. Where an impact speed vanishes, an extremum begins or ends
-            in that impact: that point is a touch of kind ZERO.                                             (2)
+            in that impact: that point is a touch of kind ZERO.                                     (2)
 Assumes     L has no more than one minimum between two points, which resolve the curve to 1e-8
 Accuracy    1e-12 of the distance of two points
 Fails       ``Unresolved``: an orbit on the way that Newton's method does not reach or that has no

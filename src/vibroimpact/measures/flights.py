@@ -10,7 +10,7 @@ Method      In a mode the coordinates y (compile/piecewise.py), with a last entr
                 of flights; by the envelope theorem their derivative is the partial one at a fixed
                 time, at the end of a flight with u' times the derivative of the flight time;     (2)
               - integrals of products are those of polynomials of degree 2 WINDOW_NODES - 2: Gauss's rule
-                with WINDOW_NODES points is exact.                                                       (3)
+                with WINDOW_NODES points is exact.                                                  (3)
 Accuracy    of values and derivatives, some 1e-13 of the largest value of the signal
 Reference   Boyd, Solving Transcendental Equations (2014); theory.md, "Periodic orbits"
 """

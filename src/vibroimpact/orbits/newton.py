@@ -1,14 +1,14 @@
 """Newton's method on the equations of a periodic orbit, in unknowns and equations of size one.
 
 Method      Steps of the Levenberg-Marquardt method on (1)-(3) of problem.py, F(z) = 0:
-                minimise |F' s + F|^2 + nu^2 |s|^2 over s,   nu = max(DAMPING_OF_RESIDUAL |F|, LEAST_DAMPING),      (1)
+                minimise |F' s + F|^2 + nu^2 |s|^2 over s,   nu = max(DAMPING_OF_RESIDUAL |F|, LEAST_DAMPING),    (1)
             unknowns divided by their sizes and equations by those of their terms, so that units do
             not matter; s is halved until the largest equation falls and every flight time stays
             positive. Near an isolated orbit (1) is Newton's step. Where orbits come in a family F'
             is singular along it: (1) does not move along the family, and leads to the member next
             to the guess. Both converge quadratically [yamashita2001].
             A family is distinguished from a fold or a branch point, where F' is singular too, by a
-            second orbit found at a distance FAMILY_STEP_IN_SIZES along each null vector of F'.         (2)
+            second orbit found at a distance FAMILY_STEP_IN_SIZES along each null vector of F'.     (2)
 Accuracy    converged: the last step and the largest equation are below CONVERGED_RELATIVE; the step is still
             taken, which leaves rounding. Next to a fold F' multiplies rounding: also converged are
             equations within ROUNDING_OF_TERMS, steps below STALLED_OF_UNKNOWNS that no longer halve

@@ -3,7 +3,7 @@
 Method      Every stop k has a face, row_k . x = limit_k with all other gaps open; its centre is the
             place on it with the largest least gap (a linear programme).
             Short motions leave the centres with velocities up to (largest rate) x (size of the
-            mechanism); the box spans their states at impacts, BOX_FACTOR about its middle.          (1)
+            mechanism); the box spans their states at impacts, BOX_FACTOR about its middle.         (1)
             A start is a random place of the box, moved along row_k onto the face and from there
             towards its centre until no gap is negative, with a random velocity of the box,
             reflected where it would enter the stop, at a random phase.                         (2)
