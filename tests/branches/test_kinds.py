@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -16,14 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from support.builds import ROOT
+from support.changed_package import PACKAGE, package_copy, run_with
 
 import vibroimpact as vi
 from vibroimpact import InvalidParameterError
 from vibroimpact.bifurcations.kinds import TWO
 from vibroimpact.branches.kinds import ONE
 
-SOURCES = ROOT / "src" / "vibroimpact"
 TABLES = {
     "normal_forms/codimension_one.py", "normal_forms/codimension_two.py", "branches/kinds.py",
     "bifurcations/kinds.py", "plotting/branch_looks.py",
@@ -143,8 +138,8 @@ def test_other_events_are_refused(events: Any, message: str) -> None:
 def test_few_places_outside_the_tables_name_a_kind() -> None:
     named = re.compile(rf'"({"|".join({*ONE, *TWO})})"')
     found = {
-        str(path.relative_to(SOURCES)): len(named.findall(path.read_text()))
-        for path in SOURCES.rglob("*.py")
+        str(path.relative_to(PACKAGE)): len(named.findall(path.read_text()))
+        for path in PACKAGE.rglob("*.py")
     }
     outside = {name: count for name, count in found.items() if count and name not in TABLES}
     assert sum(outside.values()) < 40, outside
@@ -177,8 +172,7 @@ print(json.dumps({
 
 @pytest.mark.slow
 def test_a_kind_is_added_by_its_record_and_its_look(tmp_path: Path) -> None:
-    package = tmp_path / "src" / "vibroimpact"
-    shutil.copytree(SOURCES, package, ignore=shutil.ignore_patterns("__pycache__"))
+    package = package_copy(tmp_path)
     for file, before, after in (
         ("branches/kinds.py", "ONE = by_label((", RECORD),
         ("plotting/branch_looks.py", "LOOKS = {", 'LOOKS = {\n    "TOY": Look("H", style.BLUE),'),
@@ -186,10 +180,7 @@ def test_a_kind_is_added_by_its_record_and_its_look(tmp_path: Path) -> None:
         text = (package / file).read_text()
         assert text.count(before) == 1
         (package / file).write_text(text.replace(before, after))
-    done = subprocess.run(
-        [sys.executable, "-c", CHILD], cwd=tmp_path, capture_output=True, text=True, check=False,
-        env=os.environ | {"PYTHONPATH": str(tmp_path / "src"), "MPLBACKEND": "agg"},
-    )  # fmt: skip
+    done = run_with(tmp_path, CHILD)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
 

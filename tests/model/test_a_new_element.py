@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
-from support.builds import ROOT
+from support.changed_package import PACKAGE, package_copy, run_with
 
 import vibroimpact as vi
-from vibroimpact import _cpu, _kernel
 from vibroimpact.model.elements.table import KINDS
 
-PACKAGE = ROOT / "src" / "vibroimpact"
 MODEL = '''
 """A spring with a dead band: without force within it, with stiffness on both sides of it."""
 
@@ -163,10 +157,7 @@ def line_added(table: Path, after: str, line: str, module: str, name: str) -> No
 def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """What a copy of the package with an element more finds."""
     folder = tmp_path_factory.mktemp("element")
-    package = folder / "src" / "vibroimpact"
-    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("*.so", "__pycache__"))
-    for built in (_cpu, _kernel._module):
-        shutil.copy(cast(str, built.__file__), package)
+    package = package_copy(folder)
     (package / "model" / "elements" / "dead_band.py").write_text(MODEL)
     (package / "compile" / "elements" / "dead_band.py").write_text(ROWS)
     model, rows = "model.elements", "compile.elements"
@@ -175,10 +166,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         (rows, "= {", '"dead_band": DeadBandRows,', f"{rows}.dead_band", "DeadBandRows"),
     ):
         line_added(package / table.replace(".", "/") / "table.py", after, line, module, name)
-    done = subprocess.run(
-        [sys.executable, "-c", CHILD], cwd=folder, capture_output=True, text=True, check=False,
-        env=os.environ | {"PYTHONPATH": str(folder / "src"), "VIBROIMPACT_TARGET": _kernel.target},
-    )  # fmt: skip
+    done = run_with(folder, CHILD)
     assert done.returncode == 0, done.stderr
     return cast("dict[str, Any]", json.loads(done.stdout))
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import subprocess
-import sys
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
@@ -15,11 +13,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from support.builds import FLAGS, INCLUDE, ROOT
+from support.changed_package import package_copy, run_with
 from support.members import Case, impacts_in_window
 from support.systems import ball, paper_damper
 
 import vibroimpact as vi
-from vibroimpact import _cpu, _kernel
+from vibroimpact import _kernel
 from vibroimpact.sweeps.observers.table import OBSERVERS
 
 SPEEDS = [1.3, -1.2]
@@ -125,12 +124,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     listed = listed.replace(last[0], f"{last[1]}, observe::pauses>;")
     registry.write_text(listed)
 
-    package = folder / "src" / "vibroimpact"
-    shutil.copytree(
-        ROOT / "src" / "vibroimpact", package, ignore=shutil.ignore_patterns("*.so", "__pycache__")
-    )
-    for built in (_cpu, _kernel._module):
-        shutil.copy(cast(str, built.__file__), package)
+    package = package_copy(folder)
     (package / "sweeps" / "observers" / "pauses.py").write_text(MODULE)
 
     flags = [flag for flag in FLAGS if flag != f"-I{INCLUDE}"] + [f"-I{folder / 'include'}"]
@@ -141,15 +135,7 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def swept(copy: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     """A sweep in the copy, run by the program."""
-    paths = [str(copy / "src"), str(ROOT / "tests")]
-    return subprocess.run(
-        [sys.executable, "-c", CHILD, *arguments],
-        env=os.environ | {
-            "PYTHONPATH": os.pathsep.join(paths), "BATCH_PROGRAM": str(copy / "program"),
-            "VIBROIMPACT_TARGET": _kernel.target,
-        },
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    return run_with(copy, CHILD, *arguments, BATCH_PROGRAM=str(copy / "program"))
 
 
 @pytest.mark.slow
