@@ -302,7 +302,7 @@ step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, d
     if (e.what == status::missing_mode) at = start;
     return e;
 }
-// The same of one that has none.
+// A step without a memory of earlier flights.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {

@@ -106,7 +106,7 @@ struct modal_flow : sizes<Shape> {
             },
             time, y);
     }
-    // What is stored at a place.
+    // Picks the stored numbers at a place.
     VI_HOT constexpr essence<R> pick(const R& place) const {
         const auto rows = ahead.at(place);
         essence<R> out;
@@ -177,7 +177,7 @@ struct modal_flow : sizes<Shape> {
         return out;
     }
 
-    // The same to second order, for the smallest s.
+    // Flow to second order, for the smallest s.
     template <class T, class Time>
     VI_HOT constexpr state<T> nudge(const state<T>& y, const Time& s) const {
         state<T> out;
@@ -371,7 +371,7 @@ private:
         return out;
     }
 
-    // What is stored of a block.
+    // Stores the steps of a block.
     VI_HD void tabulate(int j) {
         block_step<double> parts[parts_of_step + 1];
         propagate_in_parts(k[j], c[j], a[j], step / parts_of_step, parts);

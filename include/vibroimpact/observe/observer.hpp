@@ -78,7 +78,7 @@ struct row_list {
     long long count = 0;
 };
 
-// The same on the coordinates of every mode, with their derivatives: those of mode m begin at m * stride.
+// Rows on the coordinates of every mode, with their derivatives: those of mode m begin at m * stride.
 template <class Flow>
 struct watched_rows {
     const guard<double, Flow::max_dimension>* rows = nullptr;

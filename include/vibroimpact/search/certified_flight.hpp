@@ -226,7 +226,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
     }
 }
 
-// The same for watch j of a mode, whose number follows those of the contacts.
+// Inspects watch j of a mode, as above a contact; its number follows those of the contacts.
 template <int N, class T, class Mode, class Shape>
 VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_dimension>& y,
                                 const trajectory<T, Shape>& start, bool& still, double applications,

@@ -211,7 +211,7 @@ VI_HD inline double rounding_at(double limit, double terms) {
     return 64.0 * unit_roundoff * (terms + abs(limit));
 }
 
-// The same after so many applications of a propagator, which recurrences and sums add up.
+// Rounding of u after so many applications of a propagator, whose errors add up.
 VI_HD inline double rounding_after(double applications, double terms) {
     return unit_roundoff * (16.0 + 4.0 * applications) * terms;
 }
@@ -371,7 +371,7 @@ VI_HOT void guard_ahead(const rows_ahead<R, Dimension>& p, const vec<T, Dimensio
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-// The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
+// Those sums two at a time: GCC does not find this in the loop above where that is inlined.
 template <int Dimension, class Flow>
 VI_HOT void guard_ahead(const rows_ahead<double, Dimension>& p, const vec<double, Dimension>& y,
                         const Flow& flow, vec<double, grid_times + 1>& to) {

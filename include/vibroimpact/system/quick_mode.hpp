@@ -71,7 +71,7 @@ struct quick_flow : sizes<Shape> {
         this->each_coordinate([&](auto i) VI_WITHIN { out[i] = fma(sum[i], s, y[i]); });
         return out;
     }
-    // The same for the smallest s.
+    // Flow to second order, for the smallest s.
     template <class T, class Time>
     VI_HOT state<T> nudge(const state<T>& y, const Time& s) const {
         return short_flight<2>(y, s);

@@ -91,7 +91,7 @@ class BifurcationPoint(LocatedPoint):
 
     @property
     def meaning(self) -> str:
-        """Meaning of the point in words."""
+        """Sentence about what happens at the point."""
         return self.record.of_element if self.of_element else self.record.meaning
 
     @property

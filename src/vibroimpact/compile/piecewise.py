@@ -396,7 +396,7 @@ class Piecewise:
         return total
 
     def _idle(self, pull: Matrix, groups: dict[int, Weights], rates: Matrix) -> int | None:
-        """A slider that slips with a group which no spring holds, so that its forces cannot balance."""
+        """Find a slider that slips with a group which no spring holds, so that its forces cannot balance."""
         block = [[-row[2 * i + 1] for i in groups] for row in rates]
         sizes = [
             sum(abs(a * pull[i][2 * j] * b) for i, a in d.items() for j, b in d.items())
@@ -451,7 +451,7 @@ class Piecewise:
         return [*rows, *(work.force for work in self._work(states, forces, len(closed)))]
 
     def gap_row(self, number: int) -> Vector:
-        """Row . x of an element, relative to what moves, as a row on (x, v, w, 1)."""
+        """Gap coordinate ``row . x`` of an element, relative to what moves, as a row on (x, v, w, 1)."""
         return [*self.rigid, *self.parts][number].gap
 
     def _work(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Work]:

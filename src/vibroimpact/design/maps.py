@@ -76,7 +76,7 @@ class DesignMap(Result):
 
     @property
     def label(self) -> str:
-        """The objective in words."""
+        """Text of the objective: "worst amplitude of x1 over omega"."""
         return label_of(self.judge)
 
     def to_dataset(self) -> xr.Dataset:

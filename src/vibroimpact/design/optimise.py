@@ -242,7 +242,7 @@ class Design(Result):
 
     @property
     def label(self) -> str:
-        """The objective in words, with whether it was made small or large."""
+        """Text of the objective: "worst amplitude of x1 over omega"."""
         return label_of(self.judge)
 
     def __repr__(self) -> str:
@@ -268,7 +268,7 @@ class Design(Result):
 
 
 def label_of(judge: Judge) -> str:
-    """An objective in words."""
+    """Text of an objective: "worst amplitude of x1 over omega"."""
     return f"{judge.objective.kind} {judge.measure.label} over {judge.band.parameter}"
 
 
@@ -383,7 +383,7 @@ def optimise(
 
 
 def _evolve(search: Search, seed: int, budget: int) -> str:
-    """Differential evolution; why it stopped."""
+    """Run differential evolution; return why it stopped."""
     from scipy.optimize import differential_evolution
 
     low, high = search.variables.low, search.variables.high
@@ -433,7 +433,7 @@ def _refuse_constant(search: Search) -> None:
 
 
 def _refined(search: Search, budget: int) -> str:
-    """The finer judge of the best machines, and the last improvements of the best; how it ended."""
+    """Judge the best machines more finely, and improve the best of them; return how it ended."""
     finalists = search.finalists(MOST_FINALISTS, FINALIST_DISTANCE_OF_BOUNDS)
     search.level = 1
     search(finalists)
@@ -453,7 +453,7 @@ def _refined(search: Search, budget: int) -> str:
 
 
 def _simplex(search: Search, left: int) -> str:
-    """The simplex method from the best machine; how it ended."""
+    """Run the simplex method from the best machine; return how it ended."""
     from scipy.optimize import minimize
 
     low, high = search.variables.low, search.variables.high

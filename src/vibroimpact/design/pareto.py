@@ -86,7 +86,7 @@ class ParetoFront(Result):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The objectives in words."""
+        """Texts of the objectives."""
         return tuple(map(label_of, self.judges))
 
     def to_dataset(self) -> xr.Dataset:

@@ -97,7 +97,7 @@ class Rows:
         return self._modes[code]
 
     def flow(self, code: int) -> Dual:
-        """H of (1), shape (D + 1, D + 1)."""
+        """Matrix H of (1), shape (D + 1, D + 1)."""
         flow: Any = self._mode(code).coordinates.flow
         size = self.pieces.size
         out = Dual(np.zeros((size + 1, size + 1)), np.zeros((size + 1, size + 1)))
@@ -112,7 +112,7 @@ class Rows:
         return np.array([*units_of(self.mechanism, flow, self.rate), 1.0])
 
     def moved(self, code: int, row: Floats, order: int) -> Dual:
-        """Row . x, row . v or row . a, by its order 0, 1 or 2."""
+        """Row that gives ``row . x``, ``row . v`` or ``row . a``, by its order 0, 1 or 2."""
         coordinates = self._mode(code).coordinates
         across = dual(coordinates.to_v if order else coordinates.to_x)
         plain = Dual(*(np.append(row @ part, 0.0) for part in across))
@@ -127,7 +127,7 @@ class Rows:
         return dual(self._mode(code).work[element].speed)
 
     def gap(self, _: int, part: int) -> Dual:
-        """Row . x, relative to the stop, in every mode."""
+        """Row of the gap, ``row . x`` relative to the stop, in every mode."""
         return dual(self.pieces.gap_row(part))
 
     def gap_rate(self, code: int, part: int) -> Dual:

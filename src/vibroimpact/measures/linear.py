@@ -106,7 +106,7 @@ class FreeMotion:
 
     @property
     def stable(self) -> bool:
-        """Whether it is admissible and motions near it settle on it, but for free masses."""
+        """Whether the motion is admissible and others settle on it, but for free masses."""
         return self.admissible and self.settles
 
     @cached_property

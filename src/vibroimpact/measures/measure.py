@@ -1,4 +1,4 @@
-"""Measures: what is said about a steady motion in one number.
+"""Measures: one number about a steady motion.
 
 A measure is taken of a sweep, whatever the motion is, by observers that run with it; of a periodic
 orbit exactly, with its derivative along the branch of the orbit (flights.py, where the method is).
@@ -66,7 +66,7 @@ class Measure(ABC):
     Attributes
     ----------
     label
-        What it is, in words.
+        Its name for axes and reports, as in "amplitude of x1".
     dimension
         Quantity by which it has a unit: a key of machines/units.py, "" for a plain number.
     observers
@@ -78,12 +78,12 @@ class Measure(ABC):
     @property
     @abstractmethod
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
 
     @property
     @abstractmethod
     def dimension(self) -> str:
-        """Quantity by which it has a unit."""
+        """Quantity that gives its unit: "length", "power"; "" for a plain number."""
 
     @property
     def observers(self) -> tuple[Observer, ...]:
@@ -92,7 +92,7 @@ class Measure(ABC):
 
     @abstractmethod
     def _of(self, flights: Flights) -> Jet:
-        """Value and derivative."""
+        """Value of the measure with its derivative, of the flights of a motion."""
 
     def _check(self, m: Mechanism) -> None:  # noqa: B027 - most have nothing to refuse
         """Refuse a mechanism that has no such row or part."""
@@ -251,7 +251,7 @@ class _OfRow(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"{self.KIND} of {self.text}"
 
     @property
@@ -278,7 +278,7 @@ class _OfRow(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """That of the row; where none holds it, the end of the run, from which members go on."""
+        """Observer of the row; of velocities and the like the state at the end, from which members go on."""
         if self.OBSERVER is None or self.derivatives:
             return super().observers
         row = self.coefficients(self._bound)
@@ -406,7 +406,7 @@ class Harmonic(_OfRow):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"harmonic {self.harmonic:g} of {self.text}"
 
     def _check(self, m: Mechanism) -> None:
@@ -444,7 +444,7 @@ class Transmissibility(Amplitude):
 
     @property
     def dimension(self) -> str:
-        """A plain number."""
+        """No quantity: a plain number."""
         return ""
 
     def _check(self, m: Mechanism) -> None:
@@ -546,7 +546,7 @@ class DissipatedPower(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
         return f"dissipated power{'' if self.part is None else whose}"
 
@@ -563,7 +563,7 @@ class DissipatedPower(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Impacts, elements, or the final state from which a member is run on."""
+        """Observers of impacts and elements, or of the final state from which a member is run on."""
         return self._observers(self._bound)
 
     def _observers(self, m: Mechanism) -> tuple[Observer, ...]:
@@ -643,7 +643,7 @@ class ContactForce(_OfPart):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"largest force{self._whose}"
 
     @property
@@ -653,7 +653,7 @@ class ContactForce(_OfPart):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """The ranges of all forces."""
+        """Observer of the ranges of all forces."""
         return (Forces(),)
 
     def _check(self, m: Mechanism) -> None:
@@ -696,7 +696,7 @@ class Impulse(_OfPart):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"largest impulse{self._whose}"
 
     @property
@@ -714,7 +714,7 @@ class Impulse(_OfPart):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Speeds, where they give the impulses; else the final state."""
+        """Observer of speeds, where they give the impulses; else of the final state."""
         return (Speeds(),) if _alike(self._bound) else (Final(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
@@ -757,7 +757,7 @@ class ImpactSpeed(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"{self.kind} impact speed"
 
     @property
@@ -767,7 +767,7 @@ class ImpactSpeed(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Statistics of speeds."""
+        """Observer of the speeds of impacts."""
         return (Speeds(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
@@ -791,7 +791,7 @@ class ImpactRate(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return "impacts per unit of time"
 
     @property
@@ -801,7 +801,7 @@ class ImpactRate(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Counts of impacts."""
+        """Observer that counts impacts."""
         return (Impacts(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
@@ -995,7 +995,7 @@ def _per_system(
 def _each(
     members: xr.Dataset, system: System, of: Callable[[System, xr.Dataset, float], float]
 ) -> xr.DataArray:
-    """A number of each member."""
+    """Compute a number of each member, one after the other."""
     import xarray as xr
 
     like = members["end"]

@@ -26,14 +26,14 @@ NAMED = re.compile(r"(.*?)\s*\$(.*)\$")  # words and symbol of a label
 
 
 class Varied(NamedTuple):
-    """A parameter that is not fixed, and its range in words."""
+    """A parameter that is not fixed, and the text of its range."""
 
     name: str
     text: str
 
 
 def machine_table(system: System, varied: Sequence[Varied] = (), caption: str = "") -> Table:
-    """Table of a machine: what it has, symbol, value.
+    """Table of a machine: each part with its symbol and value.
 
     Parameters
     ----------

@@ -146,7 +146,7 @@ def comparison_sentence(response: Response, which: str) -> str:
 
 
 def _share(factor: float) -> str:
-    """A ratio in words."""
+    """Text of a ratio."""
     if factor >= LEAST_WRITTEN_RATIO:
         return f"{factor:.3g} times as much"
     return f"{100.0 * abs(1.0 - factor):.3g} % {'less' if factor < 1.0 else 'more'}"
@@ -209,7 +209,7 @@ def _whose(response: Response) -> str:
 
 
 def _over(response: Response) -> str:
-    """The band in words."""
+    """Text of the band."""
     low, high = _ends(response)
     return f"between {low} and {high}"
 

@@ -176,7 +176,7 @@ class ResponseCurve:
 
 
 def likeness(motion: str, symbol: str) -> float:
-    """How near, relative to all values, a simulated motion must be to an orbit that it is; 0: never.
+    """Distance, relative to all values, within which a simulated motion counts as an orbit; 0 for never.
 
     One that is not periodic may be on its way to the orbit.
     """

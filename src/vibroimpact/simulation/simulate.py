@@ -93,7 +93,7 @@ class RunEnd(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """The reason in words."""
+        """Sentence about the reason."""
         return _SENTENCES[self]
 
 

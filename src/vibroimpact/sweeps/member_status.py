@@ -10,7 +10,7 @@ NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store
 
 
 class MemberStatus(IntEnum):
-    """Reason for the end of a member's run; ``sentence`` gives it in words."""
+    """Reason for the end of a member's run, with a ``sentence``."""
 
     OK = 0
     MAX_IMPACTS = 1
@@ -24,7 +24,7 @@ class MemberStatus(IntEnum):
 
     @property
     def sentence(self) -> str:
-        """The reason in words."""
+        """Sentence about the reason."""
         return _SENTENCES[self]
 
 

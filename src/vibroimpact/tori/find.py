@@ -192,7 +192,7 @@ def oriented(circle: Circle) -> Circle:
 
 
 def _missing(subject: System | ExplicitMap, started: Started) -> Circle:
-    """No circle, with the reason."""
+    """Return a circle that is not converged, with the reason."""
     if isinstance(subject, ExplicitMap):
         nowhere: CircleMap = FormulaMap(subject)
         d, m = subject.dimension, 0

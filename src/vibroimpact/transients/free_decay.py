@@ -83,7 +83,7 @@ class FreeDecay(Result):
 
     @property
     def end(self) -> RunEnd:
-        """Why the simulation ended: HORIZON at ``t_max``."""
+        """Reason why the simulation ended: HORIZON at ``t_max``."""
         return self.run.end
 
     @property

@@ -75,7 +75,7 @@ class RecordResponse(Result):
 
     @property
     def end(self) -> RunEnd:
-        """Why the simulation ended."""
+        """Reason why the simulation ended."""
         return self.run.end
 
     @property

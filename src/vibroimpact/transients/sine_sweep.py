@@ -297,7 +297,7 @@ def _values(
 
 
 def _lasting(system: System, parameter: str, periods: int) -> Callable[[float], float]:
-    """How long a step lasts, by the value of the parameter."""
+    """Duration of a step, by the value of the parameter."""
     if is_frequency(system, parameter):
         return lambda value: periods * 2.0 * math.pi / value
     return lambda value: (

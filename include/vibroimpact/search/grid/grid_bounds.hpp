@@ -58,7 +58,7 @@ VI_HOT R terms_of(const G& g, const Flow& flow, const vec<R, D>& y) {
     return terms;
 }
 
-// M of all that follows.
+// Bound M of (1) for the rest of the flight.
 template <class R, class G, class Flow, int D>
 VI_HOT R fourth_of(const G& g, const Flow& flow, const vec<R, D>& y) {
     R fourth = g.least_fourth;
@@ -201,7 +201,7 @@ struct cubic {
     }
 };
 
-// Its inner points.
+// Inner Bezier points of the cubic.
 template <class R>
 struct inner_points {
     R low, high;
@@ -301,7 +301,7 @@ VI_HOT meeting<R> meet_first(const Guards& guards, const Flow& flow,
     return out;
 }
 
-// The same where exactly one may cross.
+// Meeting where exactly one gap may cross.
 template <class R, class Guards, class Flow, int K>
 VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
                              const vec<open_interval<R>, K>& all, scan_result<R>& s) {

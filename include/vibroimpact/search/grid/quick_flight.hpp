@@ -203,7 +203,7 @@ public:
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
-    // Which lanes fly as recalled, and which by a scan along the wide grid.
+    // Decides which lanes fly as recalled, and which by a scan along the wide grid.
     VI_HOT void begin(const mask_t<T>& able) {
         scans_ = true;
         repeats_ = false;
@@ -267,7 +267,7 @@ public:
         return recalled_ & !end.landed;
     }
 
-    // Without any lane.
+    // Leaves all lanes out.
     VI_HOT void rest() { scans_ = repeats_ = false; }
     // The mode that lanes are in, where it is another from round to round.
     VI_HOT void use(const Mode& m) { m_ = &m; }
