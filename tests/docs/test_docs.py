@@ -70,11 +70,26 @@ def test_commands_in_the_document_are_understood(path: Path) -> None:
                 cli.parser().parse_args(shlex.split(line)[1:])
 
 
+def headings(path: Path) -> set[str]:
+    """Names by which links lead to the headings of a document."""
+    titles = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 def test_links_in_the_document_lead_to_files_and_headings(path: Path) -> None:
-    for target in re.findall(r"\]\(([^)#\s]*)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
-        if target and "://" not in target:
-            assert (path.parent / target).exists(), f"{path.name} links to {target}"
+    text = path.read_text(encoding="utf-8")
+    links = re.findall(
+        r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)|^\[\w+\]: ([^#\s]*)#(\S*)$", text, re.MULTILINE
+    )
+    for *inline, file, part in links:
+        target, heading = (a or b for a, b in zip(inline, (file, part), strict=True))
+        if "://" in target:
+            continue
+        place = path.parent / target if target else path
+        assert place.exists(), f"{path.name} links to {target}"
+        if heading and place.suffix == ".md":
+            assert heading in headings(place), f"{path.name} links to {target}#{heading}"
 
 
 FOLDERS = (
@@ -84,7 +99,7 @@ FOLDERS = (
     ROOT / "include" / "vibroimpact",
     ROOT / "docs",
 )
-MAPS = (ROOT / "CONTRIBUTING.md", ROOT / "docs" / "architecture.md")
+MAPS = (README, ROOT / "CONTRIBUTING.md", ROOT / "docs" / "architecture.md")
 SUFFIXES = "py|pyi|hpp|cpp|toml|md|txt"
 TOYS = ("dead_band", "pauses")  # files that a reader of CONTRIBUTING adds
 
@@ -99,7 +114,7 @@ def test_files_that_the_map_of_the_code_names_are_there(path: Path) -> None:
         and not any((folder / name).exists() for folder in FOLDERS)
         and ("/" in name or not any(folder.rglob(name) for folder in FOLDERS[1:4]))
     ]
-    assert len(named) > 40
+    assert len(named) > 10
     assert not lost
 
 
