@@ -115,7 +115,7 @@ struct modal_flow : sizes<Shape> {
         return out;
     }
 
-    // What is to be stored of exp(B (t + s)) from what is of exp(B t); Order as in short_flight.
+    // Stored numbers of exp(B (t + s)) from those of exp(B t); Order as in short_flight.
     template <int Order>
     VI_HOT constexpr essence<R> later(const essence<R>& e, const R& s) const {
         essence<R> out;
@@ -320,7 +320,7 @@ struct modal_flow : sizes<Shape> {
     }
 
 private:
-    // Where C and S of block j are.
+    // Place of C and S of block j.
     VI_HOT constexpr int stored_at(int j) const {
         return 2 * (j < this->oscillators() ? j + this->lines() : j - this->oscillators());
     }

@@ -19,7 +19,7 @@
 
 namespace vi {
 
-// As many lanes as a register of the target has.
+// Number of lanes of a register of the target.
 #if defined(__AVX512F__)
 inline constexpr int native_lanes = 8;
 #elif defined(__AVX__)

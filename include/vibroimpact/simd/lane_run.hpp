@@ -50,7 +50,7 @@ struct lane_keys {
     }
 };
 
-// Of one lane, one after the other, before all others go on.
+// Bounces of one lane, one after the other, before all others go on.
 inline constexpr int most_bounces = 64;
 
 // For every round that a busy lane flies, as much of one may pass an idle one that waits.

@@ -335,7 +335,7 @@ VI_HD inline bool is_plain(const Flow& flow) {
 
 } // namespace detail
 
-// What quick flights read of a mode, once its flow and guards have their numbers.
+// Fills what quick flights read of a mode, once its flow and guards have their numbers.
 template <class Shape, class Mode>
 VI_HD inline void prepare_quick_mode(quick_mode<double, Shape>& to, const Mode& m) {
     const auto& from = m.flow;

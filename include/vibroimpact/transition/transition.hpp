@@ -180,7 +180,7 @@ VI_CALL event<T, typename Flow::shape_type> impact_at(const hybrid<Flow>& system
     return e;
 }
 
-// Of a flight that ends on no stop.
+// Status of a flight that ends on no stop.
 VI_HD inline status status_of(flight_end end) {
     switch (end) {
     case flight_end::horizon:
@@ -366,7 +366,7 @@ impact_at_once(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     return detail::impact_at(system, at, contact, T(0.0));
 }
 
-// What rest on a stop does before a flight: contacts that are pressed close, chatter is completed.
+// Events of rest on a stop before a flight: contacts that are pressed close, chatter is completed.
 // False where it does nothing; `e` is what was done.
 template <class T, class Flow>
 VI_HD inline bool before_flight(const hybrid<Flow>& system,

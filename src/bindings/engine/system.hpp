@@ -1,4 +1,4 @@
-// What the Python side of the package sees of a compiled hybrid system, whatever its shape.
+// A compiled hybrid system of any shape, as Python sees it.
 #pragma once
 
 #include <memory>

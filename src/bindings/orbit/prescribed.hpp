@@ -48,7 +48,7 @@ struct second_order {
     numbers after_by, gap_by; // as in `linearised`
 };
 
-// Where a map starts and ends: put on a stop by solving for one coordinate (or stop = -1), and after
+// Start and end of a map: put on a stop by solving for one coordinate (or stop = -1), and after
 // the last event or after a whole time, given with its derivatives, which ends in a mode.
 struct ends {
     int stop, solved;
