@@ -33,7 +33,7 @@ class DesignMap(Result):
     Attributes
     ----------
     system, objective
-        What is judged, and by what.
+        The machine that is judged, and the objective.
     axes
         Values of the two parameters, by name.
     value

@@ -47,8 +47,7 @@ class FreeMotion:
     system
         The system.
     offset
-        What is added to coordinates along which nothing holds the machine, shape (n,): a free mass
-        stands anywhere.
+        Displacement along which nothing holds the machine, shape (n,): a free mass stands anywhere.
     """
 
     system: System

@@ -18,7 +18,7 @@ class PointKind:
     name
         Name in two or three words, for legends.
     meaning
-        What happens there, for printed points.
+        Sentence about what happens there, for printed points.
     codimension
         Number of parameters that are needed to meet it.
     critical
@@ -38,7 +38,7 @@ class PointKind:
     curves
         Kinds of the curves of the same orbits that pass through it.
     begins
-        What gives the start of the other orbits that begin there; None where none do.
+        Function that gives the start of other orbits that begin there; None where none do.
     in_half_map
         The kind that it is of the half map of a symmetric orbit, where that is another one.
     of_element

@@ -58,7 +58,7 @@ class NewCurve:
     kind
         Label of its kind; where an orbit touches a stop, that of the touch.
     period
-        Of the orbits on it, in iterates of the map whose forms were given, >= 1. For the half map
+        Period of the orbits on it, in iterates of the map whose forms were given, >= 1. For the half map
         of a symmetric orbit two iterates are one period of the full map.
     neutral_saddle
         Whether it is a curve of neutral saddles, a real pair nu, 1 / nu, which solves the equations

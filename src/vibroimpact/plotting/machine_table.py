@@ -42,7 +42,7 @@ def machine_table(system: System, varied: Sequence[Varied] = (), caption: str = 
     varied
         Parameters whose range stands in place of their value.
     caption
-        Of the table.
+        Caption of the table.
     """
     units, m = units_of(system), mechanism_of(system)
     known = {one.name: one.text for one in varied}

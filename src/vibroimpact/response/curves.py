@@ -48,14 +48,14 @@ class ResponseCurve:
     Attributes
     ----------
     symbol
-        Of its motions.
+        Symbol of its motions.
     name
-        Of the parameter.
+        Name of the parameter.
     parameter, value, derivative
-        At the points in order along the branch, shape (m,); derivatives of the value by the
+        Numbers at the points in order along the branch, shape (m,); derivatives of the value by the
         parameter along the branch, NaN where there is none.
     stability
-        Of the stretch from each point to the next, shape (m - 1,): 0 stable, 1 unstable, 2 not
+        Stability from each point to the next, shape (m - 1,): 0 stable, 1 unstable, 2 not
         admissible.
     special_points
         :class:`~vibroimpact.BifurcationPoint` of the branch; of the motion without impacts those at which it grazes.
