@@ -87,7 +87,9 @@ def test_what_is_left_is_named(diagram: Diagram) -> None:
     assert shallow.untried == ((0, "BP1"),)
     assert shallow.attractors is None
     assert "not tried: BP1 of 0" in repr(shallow)
-    few = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), most=1, attractors=0)
+    few = branch_diagram(
+        vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), most_branches=1, attractors=0
+    )
     assert (len(few.branches), few.untried) == (1, ((0, "BP1"),))
 
 

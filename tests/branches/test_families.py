@@ -169,7 +169,7 @@ def test_folds_and_branch_points_are_no_families() -> None:
 
 
 def test_a_search_lists_one_member_of_a_family() -> None:
-    search = find_orbits(ball(1.0), starts=5, impacts=2)
+    search = find_orbits(ball(1.0), starts=5, most_impacts=2)
     assert len(search) == 1
     assert search.orbits[0].family_dimension == 1
 
