@@ -135,7 +135,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     few = vi.Steps(first=0.02, largest=0.5, points=12)
     steps = vi.Steps(first=0.02, largest=0.5, points=200)
     branch = vi.continue_orbit(orbit, "omega", (1.0, 1.21), steps=steps)
-    diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), attractors=2, steps=few)
+    diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), points=2, steps=few)
     over, two = {"omega": [1.1, 1.2]}, {"omega": [1.1, 1.2], "zeta": [0.04, 0.05]}
     axes = {"x1": [-1.0, 1.0], "v2": [0.5, 1.0]}
     long = WINDOW | {"settle_periods": 100, "periods": 20}
@@ -321,12 +321,12 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "symmetric_orbits": (vi.symmetric_orbits, {"system": damper}),
         "find_orbit": (
             vi.find_orbit,
-            {"system": damper, "guess": closed, "impacts": ("A", "B"), "cycles": 1,
+            {"system": damper, "guess": closed, "stops": ("A", "B"), "cycles": 1,
              "symmetric": False},
         ),
         "Guess": (
             lambda states, durations: vi.find_orbit(
-                damper, vi.Guess(states, durations), impacts="AB", cycles=1, symmetric=False
+                damper, vi.Guess(states, durations), stops="AB", cycles=1, symmetric=False
             ),
             {"states": whole.states, "durations": whole.durations},
         ),
@@ -354,7 +354,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "find_circle": (
             vi.find_circle,
-            {"system": damper, "start": state, "p": None, "impacts": None, "cycles": None,
+            {"system": damper, "start": state, "p": None, "stops": None, "cycles": None,
              "symmetric": None, "settle_iterates": 10, "points": 100, "tolerance": 1e-10, "most_nodes": 31},
         ),
         "find_circle, formula": (
@@ -388,12 +388,12 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "branch_diagram": (
             vi.branch_diagram,
             {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "depth": 0, "most_branches": 1,
-             "attractors": 2, "steps": few, "progress": False},
+             "points": 2, "steps": few, "progress": False},
         ),
         "Branch.orbit": (branch.orbit, {"index": 0}),
         "Branch.__getitem__": (branch.__getitem__, {"label": "NS1"}),
         "Branch.plot": (branch.plot, {"variable": "v1", "ax": None}),
-        "Diagram.plot": (diagram.plot, {"variable": "v1", "ax": None, "points": True}),
+        "Diagram.plot": (diagram.plot, {"variable": "v1", "ax": None, "marks": True}),
         "Diagram.origin": (diagram.origin, {"index": 0}),
         "continue_bifurcation": (
             vi.continue_bifurcation,
@@ -443,10 +443,10 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plane": (vi.plane, sweeping | WINDOW | {"over": two, "observe": ()}),
         "multistability": (
             vi.multistability,
-            sweeping | where | WINDOW | {"over": over, "start": random, "tolerance": 1e-3},
+            sweeping | where | WINDOW | {"over": over, "start": random, "same_within": 1e-3},
         ),
         "basins": (
-            vi.basins, sweeping | where | long | {"over": axes, "tolerance": 1e-3, "most_classified": 64},
+            vi.basins, sweeping | where | long | {"over": axes, "same_within": 1e-3, "most_classified": 64},
         ),
         "attractor_state": (
             vi.attractor_state, {"basins": basins, "name": str(basins["name"].values[0])},
@@ -471,7 +471,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "plot_branches": (
             plotting.plot_branches,
-            {"branches": [branch], "variable": "v1", "ax": None, "points": True, "stop": (0, 1),
+            {"branches": [branch], "variable": "v1", "ax": None, "marks": True, "stop": (0, 1),
              "mirror": False, "attractors": None},
         ),
         "plot_circle_error": (plotting.plot_circle_error, {"circles": circles(), "ax": None}),
@@ -481,7 +481,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plot_circles": (plotting.plot_circles, {"circles": circles(), "ax": None}),
         "plot_curves": (
             plotting.plot_curves,
-            {"curves": [curve], "ax": None, "points": True, "bounds": around},
+            {"curves": [curve], "ax": None, "marks": True, "bounds": around},
         ),
         "plot_exponents": (
             plotting.plot_exponents,
@@ -1026,7 +1026,7 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         ),
         (
             lambda: vi.find_orbit(
-                still(RUBBING), vi.Guess(np.ones((1, 3)), np.ones(1)), impacts=[(0, 1)]
+                still(RUBBING), vi.Guess(np.ones((1, 3)), np.ones(1)), stops=[(0, 1)]
             ),
             "0 flights are given for 1 impacts.*Give a run, a state or an orbit",
         ),

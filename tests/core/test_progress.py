@@ -59,7 +59,7 @@ def one_curve(progress: Any) -> None:
             vi.symmetric_orbits(DAMPER)[0], *PLANE, steps=FEW, depth=0, progress=progress
         ),
         lambda progress: vi.branch_diagram(
-            vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), depth=0, attractors=0,
+            vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), depth=0, points=0,
             progress=progress,
         ),
         one_curve,

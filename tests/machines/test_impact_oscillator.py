@@ -92,7 +92,7 @@ def found_by_library(
     duration = math.pi / o.omega if symmetric else n * o.period
     guess = vi.Guess(states, np.array([duration]))
     impacts = "AB" if symmetric else "A"
-    return vi.find_orbit(o, guess, impacts=impacts, cycles=n, symmetric=symmetric)
+    return vi.find_orbit(o, guess, stops=impacts, cycles=n, symmetric=symmetric)
 
 
 # ---- one stop ------------------------------------------------------------------------------------

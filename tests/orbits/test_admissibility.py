@@ -128,7 +128,7 @@ def test_a_gap_that_another_contact_leaves_open_or_crosses_is_seen_at_its_impact
     wall = one.rigid_stops[0]
     for limit, admissible in ((1.5, True), (0.9, False)):
         both = replace(one, elements=(wall, replace(wall, upper=limit)))
-        again = vi.find_orbit(both, unfolded(orbit), impacts=["A"], cycles=1)
+        again = vi.find_orbit(both, unfolded(orbit), stops=["A"], cycles=1)
         assert again.admissible == admissible
         assert again.clearance_to_grazing == pytest.approx(limit - 1.0, abs=1e-12)
 
@@ -179,7 +179,7 @@ def touching(m: vi.Mechanism, row: np.ndarray, side: int, turns: int = 1) -> vi.
     period = 2.0 * math.pi / line.omega
     states = np.array([[*state[:-1], phase + 2.0 * math.pi * k] for k in range(turns)])
     guess = vi.Guess(states, np.full(turns, period))
-    return vi.find_orbit(touched, guess, impacts=[(0, side)] * turns, cycles=turns)
+    return vi.find_orbit(touched, guess, stops=[(0, side)] * turns, cycles=turns)
 
 
 @given(
@@ -249,7 +249,7 @@ def of_speed(speed: float, unit: float = 1.0) -> vi.Orbit:
     amplitude, phase = 0.1 * math.hypot(a, b), math.atan2(a, b)
     guess = vi.Guess(np.array([[unit, -0.8 * speed, phase]]), np.array([t]))
     m = replace(coco(amplitude), elements=(vi.RigidStop((1.0,), upper=unit, restitution=0.8),))
-    return vi.find_orbit(m, guess, impacts=["A"], cycles=1)
+    return vi.find_orbit(m, guess, stops=["A"], cycles=1)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])

@@ -86,7 +86,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "DesignMap": lambda: vi.design_map(
         SET_A, {"half_clearance": [4.0, 5.0], "zeta": [0.04, 0.05]}, objective(), progress=False
     ),
-    "Diagram": lambda: vi.branch_diagram(orbit(), "omega", (0.94, 0.96), attractors=2, steps=FEW),
+    "Diagram": lambda: vi.branch_diagram(orbit(), "omega", (0.94, 0.96), points=2, steps=FEW),
     "ForceRecord": lambda: RECORD,
     "FreeDecay": lambda: vi.free_decay(SET_A, {"v1": 1.0}),
     "HybridRun": lambda: vi.simulate_hybrid(RELAY, "on", [0.0], t_max=5.0),

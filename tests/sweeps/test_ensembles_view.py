@@ -139,10 +139,10 @@ def test_the_attributes_say_how_attractors_and_ways_were_asked_for() -> None:
         "way": "both", "at": place, "points": 3, "observe": [],
     }  # fmt: skip
     starts = vi.RandomStarts(2, 0, {"x1": (-1.0, 1.0)}, START)
-    counted = vi.multistability(SET_A, over=over, start=starts, tolerance=0.01, **options)
+    counted = vi.multistability(SET_A, over=over, start=starts, same_within=0.01, **options)
     assert json.loads(counted.attrs["call"]) == {"at": place, "tolerance": 0.01}
     grid = {"x1": [0.0], "v1": [0.0]}
-    found = vi.basins(SET_A, over=grid, start=START, tolerance=0.02, most_classified=3, **options)
+    found = vi.basins(SET_A, over=grid, start=START, same_within=0.02, most_classified=3, **options)
     assert (
         json.loads(found.attrs["call"]).items()
         >= {"tolerance": 0.02, "most": 3, "over": grid}.items()
@@ -454,7 +454,7 @@ def test_misuse_of_basins_is_refused() -> None:
     with pytest.raises(vi.InvalidParameterError, match="must be one of x1, x2, v1, v2, phase"):
         vi.basins(SET_A, over={"x1": [0.0], "omega": [1.0]}, start=START)
     with pytest.raises(vi.InvalidParameterError, match=r"tolerance = 0: must be in \(0, 1\)"):
-        vi.basins(SET_A, over=grid, start=START, tolerance=0)
+        vi.basins(SET_A, over=grid, start=START, same_within=0)
     with pytest.raises(vi.InvalidParameterError, match="observe = 'power': must be left out"):
         vi.basins(SET_A, over=grid, start=START, observe="power")
     with pytest.raises(vi.InvalidParameterError, match="contact = 3: must be 0"):

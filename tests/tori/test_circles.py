@@ -378,17 +378,17 @@ def test_half_map_and_full_map_have_the_same_circle(name: str, omega: float) -> 
 
 def test_a_given_signature_decides_the_map() -> None:
     damper = paper_damper("A", 1.00734)
-    once = vi.find_circle(damper, REST, impacts="AB", cycles=1)
-    twice = vi.find_circle(damper, REST, impacts="ABAB", cycles=2)
-    other = vi.find_circle(damper, REST, impacts="BA", cycles=1)
-    listed = vi.find_circle(damper, REST, impacts=np.array([(0, -1), (0, 1)]), cycles=1)
+    once = vi.find_circle(damper, REST, stops="AB", cycles=1)
+    twice = vi.find_circle(damper, REST, stops="ABAB", cycles=2)
+    other = vi.find_circle(damper, REST, stops="BA", cycles=1)
+    listed = vi.find_circle(damper, REST, stops=np.array([(0, -1), (0, 1)]), cycles=1)
     assert once.rotation_number == pytest.approx(1.0 - 2.0 * 0.258872793916, abs=1e-11)
     assert twice.rotation_number == pytest.approx(folded(2.0 * once.rotation_number), abs=1e-11)
     assert other.rotation_number == pytest.approx(once.rotation_number, abs=1e-11)
     assert listed.rotation_number == other.rotation_number
     # The section of the lower stop sees the mirror image half a period later.
     assert other.radius == pytest.approx(once.radius, abs=1e-9)
-    none = vi.find_circle(damper, REST, impacts="AAB", cycles=1)
+    none = vi.find_circle(damper, REST, stops="AAB", cycles=1)
     assert "do not follow" in none.status
 
 
@@ -565,8 +565,8 @@ def test_too_few_nodes_are_a_status() -> None:
         ({"tolerance": 0.0}, "tolerance"),
         ({"points": 10}, "points"),
         ({"p": 1.0}, "p = 1.0"),
-        ({"impacts": "AB"}, "cycles"),
-        ({"cycles": 1}, "impacts"),
+        ({"stops": "AB"}, "cycles"),
+        ({"cycles": 1}, "stops"),
     ],
 )
 def test_misuse_is_refused_with_the_argument(arguments: dict[str, Any], word: str) -> None:

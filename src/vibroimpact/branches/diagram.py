@@ -162,7 +162,7 @@ def branch_diagram(
     *,
     depth: int = 2,
     most_branches: int = 20,
-    attractors: int = 200,
+    points: int = 200,
     steps: Steps | None = None,
     stop_when: StopWhen | None = STOP_WHEN,
     progress: ProgressOption = False,
@@ -177,7 +177,7 @@ def branch_diagram(
         Largest number of switches from the orbit's branch to any other, >= 0.
     most_branches
         Largest number of branches, >= 1.
-    attractors
+    points
         Values of the parameter in the brute-force sweep, each way; 0 for no sweep.
     stop_when
         As for :func:`~vibroimpact.continue_orbit`, for every branch. By default
@@ -211,17 +211,17 @@ def branch_diagram(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=0.72)
     >>> diagram = vi.branch_diagram(vi.symmetric_orbits(damper)[0], "omega", (0.69, 0.73),
-    ...                             attractors=0)
+    ...                             points=0)
     >>> [branch.symbol for branch in diagram.branches]
     ['1-1-1', '1-1-1']
     """
     for name, value, least in (
         ("depth", depth, 0),
         ("most_branches", most_branches, 1),
-        ("attractors", attractors, 0),
+        ("points", points, 0),
     ):
         check_count(name, value, least)
-    check_memory("attractors", attractors, BYTES_PER_VALUE, "Take fewer.")
+    check_memory("points", points, BYTES_PER_VALUE, "Take fewer.")
     check_progress(progress)
     orbit = converged(orbit)
     behind = None
@@ -232,10 +232,10 @@ def branch_diagram(
         low, high = first.bounds
         tree = Tree((low, high), following)
         tree.grow(first, depth, most_branches)
-        if attractors and not tree.interrupted:
-            report.say(f"following a motion through {attractors} values, up and down")
+        if points and not tree.interrupted:
+            report.say(f"following a motion through {points} values, up and down")
             try:
-                behind = _swept(first, orbit, np.linspace(low, high, attractors))
+                behind = _swept(first, orbit, np.linspace(low, high, points))
             except KeyboardInterrupt:
                 tree.interrupted = True
     return Diagram(

@@ -16,7 +16,7 @@ EXAMPLE = (
     "  vibroimpact basins impact-damper/B --omega 0.945 --over x1=-6:6:100 --over v1=-6:6:100 "
     "--out basins.png --out basins.nc"
 )
-MATCHING = ("at", "tolerance", "most_classified")
+MATCHING = ("at", "same_within", "most_classified")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

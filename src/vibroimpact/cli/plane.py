@@ -29,7 +29,7 @@ EXAMPLE = (
 )
 MOST_PRINTED_MOTIONS = 8  # so many motions are printed at most
 LOOKS = ("variable", "most_motions", "symbols")
-COUNTING = ("at", "tolerance")
+COUNTING = ("at", "same_within")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

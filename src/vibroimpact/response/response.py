@@ -642,7 +642,7 @@ class _Search:
         guess = Guess(state[None], np.array([motion.period]))
         impacts = [Stop(*nearest.stop)]
         try:
-            orbit = find_orbit(system, guess, impacts=impacts, cycles=motion.cycles)
+            orbit = find_orbit(system, guess, stops=impacts, cycles=motion.cycles)
         except InvalidParameterError:
             return None
         return orbit if orbit.converged else None

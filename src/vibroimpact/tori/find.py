@@ -68,7 +68,7 @@ def find_circle(
     start: State | Section | BifurcationPoint | Circle | CircleGuess | Sequence[float],
     *,
     p: float | None = None,
-    impacts: Sequence[tuple[int, int] | str] | None = None,
+    stops: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
     symmetric: bool | None = None,
     settle_iterates: int = 4000,
@@ -91,7 +91,7 @@ def find_circle(
         For a formula: a point, shape (d,), to iterate from; a :class:`CircleGuess`; a circle.
     p
         Parameter of a formula; by default that of the circle, or 0.
-    impacts, cycles, symmetric
+    stops, cycles, symmetric
         Signature, as of :func:`find_orbit`; by default that of the motion. ``symmetric=False``
         solves on the full map.
     settle_iterates
@@ -138,7 +138,7 @@ def find_circle(
     check_count("most_nodes", most_nodes, FEWEST_NODES)
     tolerance = positive("tolerance", tolerance)
     if isinstance(system, ExplicitMap):
-        for name, given in (("impacts", impacts), ("cycles", cycles), ("symmetric", symmetric)):
+        for name, given in (("stops", stops), ("cycles", cycles), ("symmetric", symmetric)):
             if given is not None:
                 raise refusal(name, given, "left out for a formula")
         started = _of_formula(system, start, p, settle_iterates, points)
@@ -146,7 +146,7 @@ def find_circle(
         if p is not None:
             raise refusal("p", p, "left out for a system", "Its fields are its parameters.")
         mechanism_of(system)
-        signature = _signature(system, impacts, cycles, symmetric)
+        signature = _signature(system, stops, cycles, symmetric)
         started = _of_system(system, start, signature, symmetric, settle_iterates, points)
     if started.trial is None or started.map is None:
         return _missing(system, started)
@@ -270,18 +270,18 @@ def _odd(count: int) -> int:
 
 
 def _signature(
-    system: System, impacts: Any, cycles: int | None, symmetric: bool | None
+    system: System, stops: Any, cycles: int | None, symmetric: bool | None
 ) -> Signature | None:
     if symmetric is not None:
         check_flag("symmetric", symmetric)
-    if impacts is None:
+    if stops is None:
         if cycles is not None:
-            raise refusal("cycles", cycles, "given together with impacts")
+            raise refusal("cycles", cycles, "given together with stops")
         return None
     if cycles is None:
-        raise InvalidParameterError("cycles = None: must be given together with impacts.")
+        raise InvalidParameterError("cycles = None: must be given together with stops.")
     check_count("cycles", cycles, 0)
-    signature = Signature(stops_of(impacts), cycles, bool(symmetric))
+    signature = Signature(stops_of(stops), cycles, bool(symmetric))
     check_signature(mechanism_of(system), signature)
     return signature
 
@@ -300,7 +300,7 @@ def _of_system(
     if isinstance(start, State):
         return from_motion(system, start, signature, symmetric, settle_iterates, points)
     if signature is not None:
-        raise refusal("impacts", signature.impacts, "left out: the start has its own signature")
+        raise refusal("stops", signature.impacts, "left out: the start has its own signature")
     if isinstance(start, BifurcationPoint):
         return _from_point(system, start)
     if isinstance(start, Circle) and isinstance(start.map, SignatureMap):

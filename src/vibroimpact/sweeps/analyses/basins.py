@@ -44,7 +44,7 @@ def basins(
     over: Mapping[str, ArrayLike],
     start: State,
     at: AtStop | AtPhase | None = None,
-    tolerance: float = MEMBER_DISTANCE,
+    same_within: float = MEMBER_DISTANCE,
     most_classified: int = 64,
     settle_periods: float = 250,
     periods: float = 50,
@@ -69,7 +69,7 @@ def basins(
         State with the coordinates that are not varied.
     at
         Where the points are by which attractors are compared, as in :func:`~vibroimpact.section`.
-    tolerance
+    same_within
         Periodic orbits nearer than this, in units of the largest position and velocity, count as
         one; in (0, 1).
     most_classified
@@ -104,7 +104,7 @@ def basins(
     are motions in flight that had none for as long: one attractor, also where a free or undamped
     mass may rest, or swing, anywhere in its clearance. Rest is an attractor for each set of stops.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
-    ``tolerance`` (periodic), or than neighbouring points among 4000 on one of them (others), count
+    ``same_within`` (periodic), or than neighbouring points among 4000 on one of them (others), count
     as one. Motions that impact, but never at this stop, are distinguished by their symbol only.
     With longer ``settle_periods`` and ``periods``, fewer transients are mistaken for attractors.
 
@@ -122,7 +122,7 @@ def basins(
     """
     check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
     check_count("most_classified", most_classified, 1)
-    share("tolerance", tolerance)
+    share("same_within", same_within)
     place, starts = observed_place(system, at), GridStarts(over, start)
     section = section_observer(place, MATCHED_POINTS)
     requested: dict[str, Any] = {
@@ -133,7 +133,7 @@ def basins(
     members = sweep(system, start=starts, **requested)
     labels, found, ends = label_attractors(
         system, members, starts.states().phase, _extension(system, members, requested),
-        at=place, tolerance=tolerance, most_classified=most_classified,
+        at=place, tolerance=same_within, most_classified=most_classified,
     )  # fmt: skip
     members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
@@ -142,7 +142,7 @@ def basins(
         over=starts.over,
         start=starts.base,
         at=place,
-        tolerance=tolerance,
+        same_within=same_within,
         most_classified=most_classified,
     )
     return members.assign(attractor=labels, **table).assign_attrs(call)

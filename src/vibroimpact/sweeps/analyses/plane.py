@@ -149,7 +149,7 @@ def multistability(
     over: Mapping[str, ArrayLike],
     start: Many,
     at: AtStop | AtPhase | None = None,
-    tolerance: float = MEMBER_DISTANCE,
+    same_within: float = MEMBER_DISTANCE,
     follow: str | None = None,
     settle_periods: float = 250,
     periods: float = 50,
@@ -173,7 +173,7 @@ def multistability(
         The starts, the same ones at every point.
     at
         Where the points are by which attractors are compared, as for :func:`~vibroimpact.basins`.
-    tolerance
+    same_within
         As for :func:`~vibroimpact.basins`.
     follow, settle_periods, periods, most_impacts, store, backend, workers, client, tile, progress
         As for :func:`~vibroimpact.sweep`.
@@ -204,7 +204,7 @@ def multistability(
             f"start = {shown(start)}, over = {shown(over)}: must be RandomStarts, GridStarts or "
             "ListedStarts, and at least one parameter. For one system take vi.basins."
         )
-    share("tolerance", tolerance)
+    share("same_within", same_within)
     place = observed_place(system, at)
     section = section_observer(place, COUNTED_POINTS)
     members = sweep(
@@ -213,8 +213,8 @@ def multistability(
         settle_periods=settle_periods, periods=periods, most_impacts=most_impacts, store=store,
         backend=backend, workers=workers, client=client, tile=tile, progress=progress,
     )  # fmt: skip
-    counted = _counted(system, members, list(over), place, tolerance)
-    call = call_of("multistability", at=place, tolerance=tolerance)
+    counted = _counted(system, members, list(over), place, same_within)
+    call = call_of("multistability", at=place, same_within=same_within)
     return members.assign(attractors=counted).assign_attrs(call)
 
 
