@@ -316,7 +316,7 @@ def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.De
         ({"half_clearance": (5.0, 2.0)}, OVER, "need low < high"),
         ({"half_clearance": (-5.0, 2.0)}, OVER, "half_clearance = -5.0: must be > 0"),
         ({"clearance": (1.0, 2.0)}, OVER, "clearance"),
-        ({}, OVER, "vary = "),
+        ({}, OVER, "bounds = "),
         ({"omega": (1.0, 2.0)}, OVER, "is what the band"),
         (CLEARANCE, replace(OVER, bounds=(-1.0, 1.0)), "omega = -1.0: must be > 0"),
         (CLEARANCE, replace(OVER, measure="x7"), "x7"),
@@ -326,9 +326,9 @@ def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.De
         (CLEARANCE, "x1", "vi.worst_over"),
     ],
 )
-def test_searches_that_mean_nothing_are_refused(vary: Any, objective: Any, message: str) -> None:
+def test_searches_that_mean_nothing_are_refused(bounds: Any, objective: Any, message: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=message):
-        vi.optimise(DAMPER, vary, objective, budget=32, progress=False)
+        vi.optimise(DAMPER, bounds, objective, budget=32, progress=False)
 
 
 def test_bands_and_widths_are_refused_before_there_is_a_machine() -> None:
