@@ -69,7 +69,7 @@ class Objective:
     kind
         "worst" or "mean".
     parameter, bounds, unit
-        What varies while the machine runs, usually the forcing frequency.
+        Name of what varies while the machine runs, usually the forcing frequency.
     measure
         A measure or its name.
     points, starts, seed
@@ -129,7 +129,7 @@ def worst_over(
         Random starts at each of them, >= 1, the same for all
         machines.
     seed
-        Of the random starts.
+        Seed of the random starts.
     settle_periods, periods
         Forcing periods before, and while, motions are observed.
     unit

@@ -93,7 +93,7 @@ class Sensitivity(NamedTuple):
         Whether it is that of a periodic orbit; else it is a central difference, next to a bound of
         a place two steps inside, 1 % of the bounds.
     error
-        Of a difference: how much one of twice the step differs. 0 where it is exact.
+        Difference from the result of twice the step; 0 where the derivative is exact.
     """
 
     value: float
@@ -114,7 +114,7 @@ class Design(Result):
     value
         Its objective.
     machines
-        How many machines were tried.
+        Number of machines that were tried.
     why_stopped
         A sentence.
     interrupted
@@ -300,7 +300,7 @@ def optimise(
         Functions of a dictionary of the varied parameters that must be >= 0:
         ``lambda p: 0.1 - p["mass_ratio"]``.
     seed
-        Of the search; with that of the objective it determines the result to the last bit.
+        Seed of the search; with that of the objective it determines the result to the last bit.
     budget
         Machines that the search tries, at most, >= 32; the last
         improvements try 25 per parameter more, or a twentieth of the budget, but at most a quarter of it.
@@ -329,7 +329,7 @@ def optimise(
         that it does not have; an objective that is the same for all machines; constraints that no
         machine satisfies; a store of another search.
     KeyboardInterrupt
-        Before the first generation is complete.
+        Ctrl-C before the first generation is complete.
 
     Notes
     -----

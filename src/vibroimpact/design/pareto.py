@@ -62,7 +62,7 @@ class ParetoFront(Result):
     values
         Both objectives, shape (k, 2).
     machines
-        How many were tried.
+        Number of machines that were tried.
     interrupted
         Whether ``KeyboardInterrupt`` ended the search; the front until then is kept.
     """

@@ -62,7 +62,7 @@ def report_of(
     title
         Heading of the page; by default the measure and the machine.
     compare, decibel
-        Of the figure, as for :func:`vibroimpact.plotting.plot_response`.
+        Options of the figure, as for :func:`vibroimpact.plotting.plot_response`.
     command
         The command that repeats the report, which the page states.
 

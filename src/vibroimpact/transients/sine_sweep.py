@@ -58,7 +58,7 @@ class SineSweep(Result):
     band
         The parameter, its range and unit.
     row
-        What was observed, such as "x1".
+        Row that was observed, such as "x1".
     periods_per_step
         Forcing periods of a step.
     members
@@ -193,7 +193,7 @@ def sine_sweep(
     bounds
         (low, high), low < high.
     row
-        What is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
+        Row that is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
     unit
         "Hz" for a band in hertz of a frequency in radians per second; by default that of the parameter.
     points
