@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_flag, check_kind, check_progress
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
@@ -43,9 +43,6 @@ from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 DISTANCE_OF_CHORD = 0.1  # this is the distance of (1), relative to the length of the chord
 # This is the distance of (2), relative to the ranges of the parameters.

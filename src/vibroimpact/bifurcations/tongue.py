@@ -19,12 +19,13 @@ import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds, is_inside
@@ -48,9 +49,6 @@ from vibroimpact.continuation.walk import check_steps
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
 from vibroimpact.results.result import Result
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SMALLEST_RADIUS = 0.04  # r is so large at least, relative to the size of the orbit
 LARGEST_RADIUS = 0.5  # r is so large at most

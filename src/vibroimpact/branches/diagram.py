@@ -21,7 +21,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -31,6 +31,7 @@ from vibroimpact._core.checks import (
     check_memory,
     check_progress,
 )
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.beginning import NoBranch
@@ -47,9 +48,6 @@ from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, converged, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
 from vibroimpact.simulation.places import AtStop
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Say = Callable[[str], object]
 

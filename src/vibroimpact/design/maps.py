@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_progress, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
@@ -19,9 +20,6 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
 from vibroimpact.sweeps.axes import parameter_axes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BATCH_MACHINES = 64  # so many machines are simulated together
 
@@ -88,8 +86,6 @@ class DesignMap(Result):
             value, reduction_db and within_1db over both parameters; and best_<second parameter> over
             the first.
         """
-        import xarray as xr
-
         units = units_of(self.system)
         first, second = self.axes
         attrs = {name: units.attrs(units.quantity_of(name)) for name in self.axes}

@@ -18,7 +18,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.design.population import NUMBER, Population
 from vibroimpact.measures.linear import free_motion
@@ -47,9 +48,6 @@ from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.starts import RandomStarts
 from vibroimpact.sweeps.sweep import sweep
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Aim = Literal["small", "large"]
 Kind = Literal["worst", "mean"]

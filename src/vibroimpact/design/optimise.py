@@ -22,12 +22,13 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.design.minimax import descend, gradient, motion_of
@@ -43,10 +44,6 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 FEWEST_MACHINES = 16  # a generation has so many machines at least
 MACHINES_PER_PARAMETER = 10  # a generation has about so many, rounded to a power of two
@@ -214,8 +211,6 @@ class Design(Result):
             none); along ``parameter``: best, sensitivity, its error, and the robust range low, high;
             scalars reduction_db, machines.
         """
-        import xarray as xr
-
         names = list(self.parameters)
         table, worth = np.array(self.search.table), np.array(self.search.worth)
         valued = np.where(worth < UNVALUED_WORTH, self.objective.sign * worth, math.nan)

@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
@@ -42,9 +43,6 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 GENERATION_MACHINES = 32  # a generation has so many machines
 DIFFERENCE_WEIGHT = 0.5  # differential evolution adds this part of a difference of two machines
@@ -91,8 +89,6 @@ class ParetoFront(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """Convert to a dataset along ``machine``: parameters, first, second."""
-        import xarray as xr
-
         units = units_of(self.system)
         columns = {
             name: (units.quantity_of(name), self.table[:, i]) for i, name in enumerate(self.names)

@@ -13,21 +13,19 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import check_target, ends_of, is_function, path_of, real, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.files import NETCDF, load, save
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Constraint = Callable[[dict[str, float]], float]
 
@@ -244,8 +242,6 @@ class Search:
         self.groups = [int(k) for k in data["groups"].values]
 
     def _record(self) -> xr.Dataset:
-        import xarray as xr
-
         return xr.Dataset(
             {
                 "table": (("machine", "parameter"), np.array(self.table)),

@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_kind, positive, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.machines.json_text import system_of
@@ -40,9 +41,6 @@ from vibroimpact.sweeps.observers.observer import ELEMENT, PART, Observer
 from vibroimpact.sweeps.observers.power import Power
 from vibroimpact.sweeps.observers.rms import Rms as RmsObserver
 from vibroimpact.sweeps.observers.speeds import Speeds
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Row = str | Sequence[float]
 Speed = Literal["largest", "mean", "rms", "smallest"]
@@ -141,8 +139,6 @@ class Measure(ABC):
         each member is run on from its end for as long as it was observed, which takes some
         milliseconds each; others cost nothing.
         """
-        import xarray as xr
-
         check_kind("members", members, xr.Dataset, "a Dataset, as vi.sweep gives")
         missing = [one for one in self._variables(members) if one not in members]
         if missing:
@@ -977,8 +973,6 @@ def _per_system(
     members: xr.Dataset, system: System, of: Callable[[System], float]
 ) -> xr.DataArray | float:
     """A number of each system of a sweep."""
-    import xarray as xr
-
     names = _swept(members)
     axes = [members[name].values.tolist() for name in names]
     system = _held(members, system)
@@ -996,8 +990,6 @@ def _each(
     members: xr.Dataset, system: System, of: Callable[[System, xr.Dataset, float], float]
 ) -> xr.DataArray:
     """A number of each member."""
-    import xarray as xr
-
     like = members["end"]
     names, periods = _swept(members), float(members.attrs["periods"])
     system = _held(members, system)

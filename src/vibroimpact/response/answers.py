@@ -15,10 +15,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
 from vibroimpact.measures.motions import Motion
@@ -35,9 +36,6 @@ from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.starts import Many, RandomStarts
 from vibroimpact.sweeps.sweep import sweep
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Ranges of one periodic motion agree so well, relative to the largest.
 SAME_PERIODIC_OF_RANGE = 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
@@ -36,9 +37,6 @@ from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result, along
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 

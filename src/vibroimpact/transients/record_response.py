@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_flag, check_kind, nonnegative, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
 from vibroimpact.measures.energy import Energies, energies_of
@@ -36,9 +36,6 @@ from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
 from vibroimpact.transients.driven import driven, unforced
 from vibroimpact.transients.force_record import ForceRecord
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RECORD_ROOM = 1  # a coordinate of its own
 
@@ -242,8 +239,6 @@ class RecordResponse(Result):
         samples
             Times of the histories; those of the record where left out.
         """
-        import xarray as xr
-
         last = float(self._clock(np.array(self.duration)))
         if samples is None:
             known = self.record.time[self.record.time <= latest(last)]
