@@ -43,7 +43,7 @@ RESULTS = {  # made by functions, not by hand
     "Atlas", "Attractor", "BifurcationCurve", "BifurcationPoint",
     "Branch", "Result", "Circle", "CircleBranch", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
-    "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
+    "NotFound", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
     "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
     "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "Objective", "ParetoFront",

@@ -44,12 +44,12 @@ GROUPS = {
     ],
     "Branches": [
         *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
-        *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
+        *("NotFound", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
         *("save", "load", "Result", "ProgressReport"),
     ],
     "Curves in two parameters": [
         *("continue_bifurcation", "continue_level", "BifurcationCurve"),
-        *("switch_curve", "GrazingContact", "NoCurve", "tongue", "Tongue", "NoTongue"),
+        *("switch_curve", "GrazingContact", "tongue", "Tongue"),
         *("bifurcation_atlas", "Atlas"),
         *("map_bifurcation",),
     ],

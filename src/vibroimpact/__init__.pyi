@@ -24,18 +24,16 @@ from vibroimpact.bifurcations.continue_bifurcation import continue_level as cont
 from vibroimpact.bifurcations.continue_bifurcation import map_bifurcation as map_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
 from vibroimpact.bifurcations.grazing_contact import GrazingContact as GrazingContact
-from vibroimpact.bifurcations.switch_curve import NoCurve as NoCurve
 from vibroimpact.bifurcations.switch_curve import switch_curve as switch_curve
-from vibroimpact.bifurcations.tongue import NoTongue as NoTongue
 from vibroimpact.bifurcations.tongue import Tongue as Tongue
 from vibroimpact.bifurcations.tongue import tongue as tongue
 from vibroimpact.branches import stop_rules
-from vibroimpact.branches.beginning import NoBranch as NoBranch
 from vibroimpact.branches.branch import Branch as Branch
 from vibroimpact.branches.continue_orbit import continue_orbit as continue_orbit
 from vibroimpact.branches.diagram import Diagram as Diagram
 from vibroimpact.branches.diagram import branch_diagram as branch_diagram
 from vibroimpact.branches.point import BifurcationPoint as BifurcationPoint
+from vibroimpact.branches.point import NotFound as NotFound
 from vibroimpact.branches.switch import switch_branch as switch_branch
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design.maps import DesignMap as DesignMap

@@ -33,10 +33,10 @@ from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves
 from vibroimpact.bifurcations.emanating import uninterrupted
 from vibroimpact.bifurcations.kinds import WEAK
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
+from vibroimpact.bifurcations.switch_curve import switch_curve
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.kinds import BP
-from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.continuation import Steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.kind import PointKind
@@ -270,13 +270,13 @@ class _Search:
 
     def _switch(self, point: BifurcationPoint) -> None:
         found = switch_curve(point, self.bounds, steps=self.steps)
-        if isinstance(found, NoCurve):
+        if isinstance(found, NotFound):
             if not getattr(point.normal_form, "switchable", ()):
                 return  # theory has none
             self.failures.append(repr(found))
             return
         for curve in found:
-            if isinstance(curve, NoCurve):
+            if isinstance(curve, NotFound):
                 self.failures.append(repr(curve))
                 continue
             middle = curve.orbit(len(curve) // 2)

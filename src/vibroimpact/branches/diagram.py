@@ -34,10 +34,9 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.beginning import NoBranch
 from vibroimpact.branches.branch import Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import switch_branch
@@ -381,7 +380,7 @@ class Tree:
         left = f"{len(self.waiting)} more points to try"
         which = f"branch {len(self.branches)}, {where}, {left}"
         found = switch_branch(point, self.bounds, **self.following.options(which))
-        if isinstance(found, NoBranch):
+        if isinstance(found, NotFound):
             result = Reached(number, point.label, None, found.reason)
         else:
             self.interrupted = _interrupted(found)
