@@ -98,7 +98,8 @@ GROUPS = {
 HEAD = """# Reference
 
 Written by `tools/reference_page.py` from the docstrings. `import vibroimpact as vi`; everything
-below is public, other names are not. Pictures: `from vibroimpact import plotting`.
+below is public, other names are not. Pictures: `from vibroimpact import plotting`; every function
+draws on `ax`, by default a new figure, and returns its Axes.
 
 **Units.** Arguments and results are in the units of the machine, any consistent ones: SI for a
 machine of `from_physical`, whose labels name them. Angles are radians unless a name says degrees.

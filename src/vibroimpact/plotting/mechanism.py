@@ -27,15 +27,8 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
     ----------
     system
         The impact damper, or any mechanism.
-    ax
-        Axes to draw on; a new figure if not given.
     parameters
         Whether to write the parameters of the impact damper below it.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
 
     Notes
     -----
