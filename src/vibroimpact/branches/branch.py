@@ -122,24 +122,12 @@ class Stability(IntEnum):
 
 
 class BranchProfile(NamedTuple):
-    """Points and special points of a branch in the order of its arclength.
+    """Points and special points of a branch in the order of its arclength."""
 
-    Attributes
-    ----------
-    parameter
-        Shape (m,).
-    z
-        Unknowns, shape (m, d).
-    special
-        Number of the special point, -1 for others, shape (m,).
-    stability
-        :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
-    """
-
-    parameter: Floats
-    z: Floats
-    special: Integers
-    stability: Integers
+    parameter: Floats  # shape (m,)
+    z: Floats  # unknowns, shape (m, d)
+    special: Integers  # number of the special point, -1 for others, shape (m,)
+    stability: Integers  # Stability of the stretch from each point to the next, shape (m - 1,)
 
 
 def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:

@@ -61,22 +61,14 @@ STOP_WHEN = inadmissible()
 
 
 class Reached(NamedTuple):
-    """Result of switching at a special point.
+    """Result of switching at a special point."""
 
-    Attributes
-    ----------
-    branch, label
-        Number of the branch and label of the point.
-    to
-        Number of the branch that was found there or was known; None where there is none.
-    how
-        "new"; "known", "mirror image"; or the reason why there is none.
-    """
-
+    # number of the branch and label of the point
     branch: int
     label: str
+    # number of the branch that was found there or was known; None where there is none
     to: int | None
-    how: str
+    how: str  # "new"; "known", "mirror image"; or the reason why there is none
 
 
 @dataclass(frozen=True)

@@ -237,49 +237,28 @@ def _spread(spread: Any) -> tuple[tuple[str, float | tuple[float, float]], ...]:
 
 
 class Member(NamedTuple):
-    """A simulated motion of a machine.
+    """A simulated motion of a machine."""
 
-    Attributes
-    ----------
-    value
-        Its measure.
-    system
-        The machine at that place of the band and of the uncertainties.
-    state
-        A state on the motion.
-    factors
-        Value of each uncertain parameter that has a relative width over that of the machine.
-    """
-
-    value: float
-    system: System
-    state: State
+    value: float  # its measure
+    system: System  # the machine at that place of the band and of the uncertainties
+    state: State  # a state on the motion
+    # value of each uncertain parameter that has a relative width over that of the machine
     factors: dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """An objective for machines of one kind.
+    """An objective for machines of one kind."""
 
-    Attributes
-    ----------
-    objective, system, names
-        What is judged, the machine, and the names of its parameters that vary.
-    band, measure
-        Those of the objective, for the machine.
-    starts
-        The starts of every machine.
-    options
-        Of the sweeps: workers.
-    """
-
+    # what is judged, the machine, and the names of its parameters that vary
     objective: Objective
     system: System
     names: tuple[str, ...]
+    # those of the objective, for the machine
     band: Band
     measure: Measure
-    starts: RandomStarts
-    options: dict[str, Any] = field(default_factory=dict)
+    starts: RandomStarts  # the starts of every machine
+    options: dict[str, Any] = field(default_factory=dict)  # of the sweeps: workers
 
     @property
     def factor(self) -> float:

@@ -64,38 +64,23 @@ CONSTANT_RELATIVE_RANGE = 1e-9  # an objective that varies by less over all mach
 
 
 class Interval(NamedTuple):
-    """Range of a parameter within which the objective is as good as the best to 1 dB.
+    """Range of a parameter within which the objective is as good as the best to 1 dB."""
 
-    Attributes
-    ----------
-    low, high
-        Its ends.
-    to_bounds
-        Whether (low, high) are bounds of the parameter: the range might be wider.
-    """
-
+    # its ends
     low: float
     high: float
+    # whether (low, high) are bounds of the parameter: the range might be wider
     to_bounds: tuple[bool, bool]
 
 
 class Sensitivity(NamedTuple):
-    """Derivative of the objective by a parameter.
+    """Derivative of the objective by a parameter."""
 
-    Attributes
-    ----------
-    value
-        The derivative.
-    exact
-        Whether it is that of a periodic orbit; else it is a central difference, next to a bound of
-        a place two steps inside, 1 % of the bounds.
-    error
-        Of a difference: how much one of twice the step differs. 0 where it is exact.
-    """
-
-    value: float
+    value: float  # the derivative
+    # whether it is that of a periodic orbit; else it is a central difference, next to a bound of a place two steps
+    # inside, 1 % of the bounds
     exact: bool
-    error: float
+    error: float  # of a difference: how much one of twice the step differs. 0 where it is exact
 
 
 @dataclass(frozen=True, eq=False)

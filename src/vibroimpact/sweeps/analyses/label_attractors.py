@@ -52,26 +52,14 @@ FEW_MEMBERS = 64  # so many members in flight, or fewer, are extended in any cas
 
 @dataclass(frozen=True)
 class LabelledAttractor:
-    """Attractor of an ensemble.
+    """Attractor of an ensemble."""
 
-    Attributes
-    ----------
-    kind
-        "periodic", "quasiperiodic", "chaotic", "undecided", "without impacts".
-    word
-        Its name without the letter: n-p-q, or the kind.
-    state
-        A state on it.
-    exponent
-        Largest Lyapunov exponent per unit of time; nan where there is none.
-    attractor
-        Result of ``classify``, if it was called.
-    """
-
-    kind: str
-    word: str
-    state: State
+    kind: str  # "periodic", "quasiperiodic", "chaotic", "undecided", "without impacts"
+    word: str  # its name without the letter: n-p-q, or the kind
+    state: State  # a state on it
+    # largest Lyapunov exponent per unit of time; nan where there is none
     exponent: float = float("nan")
+    # result of `classify`, if it was called
     attractor: Attractor | None = field(default=None, repr=False)
 
 
