@@ -73,20 +73,23 @@ class Measure(ABC):
 
     system: System | None = field(default=None, kw_only=True, repr=False, compare=False)
 
+    DIMENSION: ClassVar[str] = ""
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Final(),)  # members go on from their ends
+
     @property
     @abstractmethod
     def label(self) -> str:
         """The measure in words."""
 
     @property
-    @abstractmethod
     def dimension(self) -> str:
         """Quantity by which it has a unit."""
+        return self.DIMENSION
 
     @property
     def observers(self) -> tuple[Observer, ...]:
         """Observers of a sweep that hold it."""
-        return (Final(),)
+        return self.OBSERVERS
 
     @abstractmethod
     def _of(self, flights: Flights) -> Jet:
@@ -540,16 +543,13 @@ class DissipatedPower(Measure):
 
     part: int | str | None = None
 
+    DIMENSION: ClassVar[str] = "power"
+
     @property
     def label(self) -> str:
         """The measure in words."""
         whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
         return f"dissipated power{'' if self.part is None else whose}"
-
-    @property
-    def dimension(self) -> str:
-        """Power."""
-        return "power"
 
     def _check(self, m: Mechanism) -> None:
         if isinstance(self.part, str):
@@ -637,20 +637,13 @@ class ContactForce(_OfPart):
 
     part: int | None = None
 
+    DIMENSION: ClassVar[str] = "force"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Forces(),)
+
     @property
     def label(self) -> str:
         """The measure in words."""
         return f"largest force{self._whose}"
-
-    @property
-    def dimension(self) -> str:
-        """Force."""
-        return "force"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """The ranges of all forces."""
-        return (Forces(),)
 
     def _check(self, m: Mechanism) -> None:
         super()._check(m)
@@ -690,15 +683,12 @@ class Impulse(_OfPart):
         Number of the contact; by default of any.
     """
 
+    DIMENSION: ClassVar[str] = "impulse"
+
     @property
     def label(self) -> str:
         """The measure in words."""
         return f"largest impulse{self._whose}"
-
-    @property
-    def dimension(self) -> str:
-        """Impulse."""
-        return "impulse"
 
     def _check(self, m: Mechanism) -> None:
         super()._check(m)
@@ -748,6 +738,9 @@ class ImpactSpeed(Measure):
 
     kind: Speed = "largest"
 
+    DIMENSION: ClassVar[str] = "velocity"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Speeds(),)
+
     def __post_init__(self) -> None:
         check_choice("kind", self.kind, ["largest", "mean", "rms", "smallest"])
 
@@ -755,16 +748,6 @@ class ImpactSpeed(Measure):
     def label(self) -> str:
         """The measure in words."""
         return f"{self.kind} impact speed"
-
-    @property
-    def dimension(self) -> str:
-        """Velocity."""
-        return "velocity"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """Statistics of speeds."""
-        return (Speeds(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"speed_{self.kind}"].fillna(0.0)
@@ -785,20 +768,13 @@ class ImpactSpeed(Measure):
 class ImpactRate(Measure):
     """Impacts per unit of time, at all stops, soft ones included: what is heard."""
 
+    DIMENSION: ClassVar[str] = "rate"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Impacts(),)
+
     @property
     def label(self) -> str:
         """The measure in words."""
         return "impacts per unit of time"
-
-    @property
-    def dimension(self) -> str:
-        """A rate."""
-        return "rate"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """Counts of impacts."""
-        return (Impacts(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
         count = members["impacts_a"] + members["impacts_b"]
