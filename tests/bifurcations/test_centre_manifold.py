@@ -51,7 +51,7 @@ def test_the_multiplier_and_the_orbit_move_as_differences_say(
             system = replace(point.orbit.system, **{name: value})
             guess = vi.Guess(point.orbit.states, point.orbit.durations)
             orbit = vi.find_orbit(
-                system, guess, impacts=point.orbit.signature.impacts, cycles=1, symmetric=True
+                system, guess, stops=point.orbit.signature.impacts, cycles=1, symmetric=True
             )
             nus.append(min(orbit.half_multipliers, key=lambda nu: abs(nu - manifold.nu)))
             orbits.append(orbit.problem.packed(orbit.states, orbit.durations))

@@ -58,7 +58,7 @@ def test_section_writes_the_section_of_the_library() -> None:
     argv = ["section", *CASE, "--position", "0", "0", "--velocity", "0", "-1e0", "--points", "30"]
     assert cli.main([*argv, "--settle", "7", "--at", "B", "--out", "s.nc"]) == 0
     start = vi.State((0.0, 0.0), (0.0, -1.0))
-    expected = vi.section(SET_A, start, at=vi.AtStop("B"), points=30, settle=7)
+    expected = vi.section(SET_A, start, at=vi.AtStop("B"), points=30, settle_events=7)
     xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
 
 
@@ -133,8 +133,8 @@ def test_help_has_no_markup_of_docstrings(command: str, capsys: pytest.CaptureFi
 def test_help_shows_the_defaults_of_the_functions(capsys: pytest.CaptureFixture[str]) -> None:
     cli.main(["section", "--help"])
     shown = " ".join(capsys.readouterr().out.split())
-    default = inspect.signature(vi.section).parameters["settle"].default
-    assert re.search(rf"--settle SETTLE [^()]*\([^()]*\)[^()]*\(default: {default}\)", shown)
+    default = inspect.signature(vi.section).parameters["settle_events"].default
+    assert re.search(rf"--settle-events EVENTS [^()]*\([^()]*\)[^()]*\(default: {default}\)", shown)
 
 
 # ---- files that describe a system ----------------------------------------------------------------
@@ -192,7 +192,7 @@ def test_a_section_at_a_phase_is_that_of_the_library() -> None:
     arguments = ["section", "--config", "run.toml", "--points", "20", "--settle", "5"]
     assert cli.main([*arguments, "--at", "phase=0.5", "--out", "s.nc", "--out", "s.png"]) == 0
     expected = vi.section(
-        SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), at=vi.AtPhase(0.5), points=20, settle=5
+        SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), at=vi.AtPhase(0.5), points=20, settle_events=5
     )
     xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
 

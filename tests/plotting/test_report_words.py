@@ -116,7 +116,7 @@ def test_free_masses_are_not_compared_with_themselves_at_rest() -> None:
     )
     found = {
         measure: is_comparable(cast(Any, SimpleNamespace(
-            measure=vi.measure_of(measure, damper), system=damper
+            measure=vi.measure_of(damper, measure), system=damper
         )))
         for measure in ("x1", "rms v1", "x2", "x2 - x1", "power", "impact speed")
     }  # fmt: skip

@@ -426,7 +426,7 @@ def test_the_size_of_the_parts_that_are_recorded_does_not_matter(
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_the_first_exponents_alone_are_those_of_all(count: int) -> None:
-    some = vi.lyapunov_spectrum(CHAOS, PLAIN, impacts=1024, count=count)
+    some = vi.lyapunov_spectrum(CHAOS, PLAIN, impacts=1024, exponents=count)
     every = vi.lyapunov_spectrum(CHAOS, PLAIN, impacts=1024)
     # rounding turns the frame, which forgets it
     np.testing.assert_allclose(some.values, every.values[:count], rtol=1e-9)

@@ -48,10 +48,10 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
     ),
     "basins": lambda: vi.basins(
         DAMPER, over={"v2": [0.0, 1.0], "phase": [0.0, 1.0]}, start=START, at=vi.AtStop("B"),
-        tolerance=1e-4, most=5, **SHORT,
+        same_within=1e-4, most_classified=5, **SHORT,
     ),
     "a count": lambda: vi.multistability(
-        DAMPER, over=GRID, start=RANDOM, at=vi.AtStop("B"), tolerance=1e-4, **SHORT
+        DAMPER, over=GRID, start=RANDOM, at=vi.AtStop("B"), same_within=1e-4, **SHORT
     ),
     "a diagram, both ways": lambda: vi.bifurcation_sweep(
         DAMPER, over={"omega": [1.0, 1.1]}, start=START, at=vi.AtStop("B"), points=4, observe="lyapunov",

@@ -54,7 +54,7 @@ def find_orbit(
     system: System,
     guess: Orbit | Run | State | Guess,
     *,
-    impacts: Sequence[tuple[int, int] | str] | None = None,
+    stops: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
     symmetric: bool | None = None,
 ) -> Orbit:
@@ -66,10 +66,10 @@ def find_orbit(
         The system.
     guess
         An orbit (of this system or one like it), a simulated run or a state to simulate from, or a
-        :class:`Guess`. For a run, its end is used, or with ``impacts`` their last occurrence;
-        for a state without ``impacts``, the motion to which it settles. Whole periods of the phase
+        :class:`Guess`. For a run, its end is used, or with ``stops`` their last occurrence;
+        for a state without ``stops``, the motion to which it settles. Whole periods of the phase
         do not matter.
-    impacts
+    stops
         The sequence of stops: (contact, side) with side +1 (upper, A) or -1 (lower, B), or "A",
         "B" for contact 0. The orbit's first state is just after the first. By default taken from
         the guess. With elements a run or a state to simulate from is needed, which tells the
@@ -106,7 +106,7 @@ def find_orbit(
     >>> vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0))).symbol
     '1-1-1'
     """
-    sequence = None if impacts is None else stops_of(impacts)
+    sequence = None if stops is None else stops_of(stops)
     if cycles is not None:
         check_count("cycles", cycles, 0)
     if symmetric is not None:
@@ -120,18 +120,16 @@ def find_orbit(
         return _from_run(system, guess, sequence, cycles, symmetric)
     guess = _checked(guess)
     if sequence is None:
-        raise InvalidParameterError(
-            "impacts = None: states alone do not determine the stops. Give impacts."
-        )
+        raise InvalidParameterError("stops = None: states alone do not determine them. Give stops.")
     whole = cycles if cycles is not None else cycles_of(system, float(np.sum(guess.durations)))
     return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
 
 
-def stops_of(impacts: Any) -> tuple[Stop, ...]:
-    """Stops of a sequence that the user gives as ``impacts``."""
-    if not isinstance(impacts, Sequence) and not (isinstance(impacts, np.ndarray) and impacts.ndim):
-        raise refusal("impacts", impacts, "a sequence of stops")
-    return tuple(impact_of("impacts", given) for given in impacts)
+def stops_of(stops: Any) -> tuple[Stop, ...]:
+    """Stops of a sequence that the user gives as ``stops``."""
+    if not isinstance(stops, Sequence) and not (isinstance(stops, np.ndarray) and stops.ndim):
+        raise refusal("stops", stops, "a sequence of stops")
+    return tuple(impact_of("stops", given) for given in stops)
 
 
 def impact_of(name: str, given: Any) -> Stop:
@@ -179,7 +177,7 @@ def _from_orbit(
     impacts = known.impacts if sequence is None else sequence
     if len(impacts) > len(known.impacts):
         raise InvalidParameterError(
-            f"impacts: the sequence has {len(impacts)} impacts and the guess {len(known.impacts)}. "
+            f"stops: the sequence has {len(impacts)} impacts and the guess {len(known.impacts)}. "
             "Give a guess with as many."
         )
     signature = replace(

@@ -145,7 +145,7 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
         len(impacts),
     ):
         raise InvalidParameterError(
-            f"impacts: of a machine with {len(m.switching)} elements, {len(signature.flights)} flights "
+            f"stops: of a machine with {len(m.switching)} elements, {len(signature.flights)} flights "
             f"are given for {len(impacts)} impacts; must be one for each, of a machine without "
             "elements none. Give a run, a state or an orbit, which know them."
         )
@@ -155,13 +155,13 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
             continue
         if not 0 <= contact < len(limits) or side not in (-1, 1):
             raise InvalidParameterError(
-                f"impacts: ({contact}, {side}) is not a stop. Contacts are 0 to {len(limits) - 1}, "
+                f"stops: ({contact}, {side}) is not a stop. Contacts are 0 to {len(limits) - 1}, "
                 "sides +1 (upper, A) and -1 (lower, B)."
             )
         if math.isinf(limits[contact][side > 0]):
-            raise InvalidParameterError(f"impacts: contact {contact} has no stop on side {side}.")
+            raise InvalidParameterError(f"stops: contact {contact} has no stop on side {side}.")
     if not impacts:
-        raise InvalidParameterError("impacts = (): an impacting orbit has at least one impact.")
+        raise InvalidParameterError("stops = (): an impacting orbit has at least one impact.")
     if (cycles < 1) if m.forces else (cycles != 0):
         allowed = "at least 1" if m.forces else "0: there is no forcing"
         raise InvalidParameterError(f"cycles = {cycles}: must be {allowed}.")
@@ -210,7 +210,7 @@ def _check_symmetry(m: Mechanism, signature: Signature) -> None:
     first, second = signature.impacts[:half], signature.impacts[half:]
     if second != tuple(stop.opposite for stop in first):
         raise InvalidParameterError(
-            f"impacts = {signature.impacts}: not symmetric; the second half must be the first with "
+            f"stops = {signature.impacts}: not symmetric; the second half must be the first with "
             "the sides exchanged."
         )
     if why := asymmetry(m, signature.cycles):

@@ -46,7 +46,7 @@ class OrbitSearch(Result):
 
     Attributes
     ----------
-    system, cycles, impacts, starts, seed
+    system, most_cycles, most_impacts, starts, seed
         The arguments of the search.
     orbits
         Sorted by cycles, number of impacts, symbol; symmetric and admissible ones first.
@@ -64,8 +64,8 @@ class OrbitSearch(Result):
     """
 
     system: System
-    cycles: int
-    impacts: int
+    most_cycles: int
+    most_impacts: int
     starts: int
     seed: int
     orbits: tuple[Orbit, ...] = field(repr=False)
@@ -83,7 +83,7 @@ class OrbitSearch(Result):
         admissible = sum(orbit.admissible for orbit in self.orbits)
         return (
             f"OrbitSearch: {len(self)} orbits, {admissible} admissible, {stable} stable, with at "
-            f"most {self.impacts} impacts in at most {self.cycles} cycles\n"
+            f"most {self.most_impacts} impacts in at most {self.most_cycles} cycles\n"
             f"  {self.starts} motions (seed {self.seed}): {_shares(self.motions)}\n"
             f"  {sum(self.guesses.values())} guesses led {_shares(self.guesses)}; "
             f"{self.repeated} more were like these"
