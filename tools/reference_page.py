@@ -80,7 +80,7 @@ GROUPS = {
         *(f"measures.{name}" for name in ("Amplitude", "Peak", "Rms", "Harmonic")),
         *(f"measures.{name}" for name in ("Transmissibility", "DissipatedPower", "ContactForce")),
         *(f"measures.{name}" for name in ("Impulse", "ImpactSpeed", "ImpactRate")),
-        *("worst_over", "mean_over", "Objective", "optimise", "Design"),
+        *("Objective", "optimise", "Design"),
         *("design_map", "DesignMap", "pareto_front", "ParetoFront"),
         *("tuned_damper", "TunedDamper"),
     ],

@@ -39,8 +39,6 @@ from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design.maps import DesignMap as DesignMap
 from vibroimpact.design.maps import design_map as design_map
 from vibroimpact.design.objective import Objective as Objective
-from vibroimpact.design.objective import mean_over as mean_over
-from vibroimpact.design.objective import worst_over as worst_over
 from vibroimpact.design.optimise import Design as Design
 from vibroimpact.design.optimise import optimise as optimise
 from vibroimpact.design.pareto import ParetoFront as ParetoFront

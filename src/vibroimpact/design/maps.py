@@ -122,7 +122,7 @@ def design_map(
     over
         Values of two parameters by name, rising.
     objective
-        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+        An :class:`~vibroimpact.Objective`.
     workers
         Threads; by default one per core.
     progress
@@ -142,7 +142,7 @@ def design_map(
 
     Notes
     -----
-    Cost: that of :func:`~vibroimpact.worst_over` for each machine.
+    Cost: that of :class:`~vibroimpact.Objective` for each machine.
 
     Examples
     --------
@@ -150,7 +150,7 @@ def design_map(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> found = vi.design_map(damper, {"mass_ratio": [0.05, 0.1], "half_clearance": [5, 10, 20]},
-    ...                       vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2),
+    ...                       vi.Objective("omega", (0.9, 1.1), "x1", points=5, starts=2),
     ...                       progress=False)
     >>> found.reduction_db.shape
     (2, 3)

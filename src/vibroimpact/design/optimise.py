@@ -275,7 +275,7 @@ def optimise(
     bounds
         (low, high) by name of a parameter.
     objective
-        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+        An :class:`~vibroimpact.Objective`.
     constraints
         Functions of a dictionary of the varied parameters that must be >= 0:
         ``lambda p: 0.1 - p["mass_ratio"]``.
@@ -313,7 +313,7 @@ def optimise(
 
     Notes
     -----
-    Cost: ``budget`` machines of the cost that :func:`~vibroimpact.worst_over` states; for an impact
+    Cost: ``budget`` machines of the cost that :class:`~vibroimpact.Objective` states; for an impact
     damper with three parameters and the defaults about 25 s on two cores. Sensitivity and the
     robust range are computed when they are read, with 4 and some 40 machines per parameter.
     Bodies of constraints are not compared with those of a store, only their names.
@@ -324,7 +324,7 @@ def optimise(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> best = vi.optimise(damper, {"half_clearance": (2.0, 30.0)},
-    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
+    ...                    vi.Objective("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
     ...                    budget=48, progress=False)
     >>> 5.0 < best.parameters["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True

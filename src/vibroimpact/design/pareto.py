@@ -126,7 +126,7 @@ def pareto_front(
     system, bounds, constraints, seed, workers
         As for :func:`~vibroimpact.optimise`.
     objectives
-        Two of :func:`~vibroimpact.worst_over` and :func:`~vibroimpact.mean_over`. Where they differ in
+        Two, each an :class:`~vibroimpact.Objective`. Where they differ in
         the measure only, both come from the same simulations.
     budget
         Machines that are tried, at most, >= 64.
@@ -151,7 +151,7 @@ def pareto_front(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
-    >>> both = [vi.worst_over("omega", (0.9, 1.1), what, points=5, starts=2, settle_periods=50)
+    >>> both = [vi.Objective("omega", (0.9, 1.1), what, points=5, starts=2, settle_periods=50)
     ...         for what in ("x1", "impact speed")]
     >>> front = vi.pareto_front(damper, {"half_clearance": (2.0, 30.0)}, both, budget=64,
     ...                         progress=False)
