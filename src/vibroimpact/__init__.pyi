@@ -109,9 +109,9 @@ from vibroimpact.sweeps.analyses.basins import basins as basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep as bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability as multistability
 from vibroimpact.sweeps.analyses.plane import plane as plane
-from vibroimpact.sweeps.listed_starts import ListedStarts as ListedStarts
 from vibroimpact.sweeps.rerun import rerun_sweep as rerun_sweep
 from vibroimpact.sweeps.starts import GridStarts as GridStarts
+from vibroimpact.sweeps.starts import ListedStarts as ListedStarts
 from vibroimpact.sweeps.starts import RandomStarts as RandomStarts
 from vibroimpact.sweeps.sweep import sweep as sweep
 from vibroimpact.tori.branch import CircleBranch as CircleBranch

@@ -67,8 +67,7 @@ from vibroimpact.response.curves import (
     likeness,
 )
 from vibroimpact.results.result import Result, plotting
-from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.starts import GridStarts, RandomStarts
+from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 MOST_NAMED_MOTIONS = 8  # a list names so many motions at most

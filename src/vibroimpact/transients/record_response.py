@@ -32,9 +32,8 @@ from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result
-from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
-from vibroimpact.transients.driven import driven, unforced
+from vibroimpact.transients.driven import Lines, driven, simulate_driven, unforced
 from vibroimpact.transients.force_record import ForceRecord
 
 RECORD_ROOM = 1  # a coordinate of its own

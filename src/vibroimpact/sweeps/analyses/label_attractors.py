@@ -40,7 +40,7 @@ from vibroimpact.simulation.places import At, AtStop
 from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
-from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.starts import States
 
 Words = NDArray[np.str_]
 
