@@ -275,7 +275,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "ExplicitMap.watch": (forms.watch, {"z": [0.5], "p": 3.0}),
         "RandomStarts": (
             vi.RandomStarts,
-            {"starts": 2, "seed": 1, "bounds": {"v1": (-1.0, 1.0)}, "base": state, "first": 0},
+            {"starts": 2, "seed": 1, "bounds": {"v1": (-1.0, 1.0)}, "base": state, "skip": 0},
         ),
         "RandomStarts, range": (
             lambda v1: vi.RandomStarts(2, 1, {"v1": v1}, state), {"v1": (-1.0, 1.0)},
@@ -344,7 +344,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "SegmentMap.derivative": (lambda u: P.derivative(u), {"u": [1.0, 0.0, 0.0, 0.0]}),
         "normal_form": (
             vi.normal_form,
-            {"kind": "PD", "forms": forms.forms([2.0 / 3.0], 3.0), "parameter": True},
+            {"kind": "PD", "forms": forms.forms([2.0 / 3.0], 3.0), "unfolded": True},
         ),
         "Orbit.why_inadmissible": (orbit.why_inadmissible, {"slack": 0.0}),
         "continue_orbit": (

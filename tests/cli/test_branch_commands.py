@@ -122,8 +122,8 @@ def test_a_mechanism_starts_from_what_its_motion_settles_to(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     Path("wall.toml").write_text(WALL, encoding="utf-8")
-    argv = ["branch", "--config", "wall.toml", "--parameter", "elements[0].restitution"]
-    out = said([*argv, "--bounds", "omega=0.68:0.72", "--out", "b.nc"], capsys)
+    argv = ["branch", "--config", "wall.toml", "--bounds", "elements[0].restitution=0.68:0.72"]
+    out = said([*argv, "--out", "b.nc"], capsys)
     loaded = vi.load("b.nc")
     orbit = vi.find_orbit(loaded.family.system, vi.State((0.0,), (0.0,)))
     branch = vi.continue_orbit(orbit, "elements[0].restitution", (0.68, 0.72))
@@ -204,11 +204,11 @@ def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        (["branch", CASE, "--bounds", "omega=1.2:0.9"], "need low < high"),
+        (["branch", CASE, "--bounds", "omega=1.2:0.9"], "LOW < HIGH"),
         (["branch", CASE, "--omega", "0.5", "--bounds", "omega=0.9:1.2"], "must hold omega = 0.5"),
         (
             ["branch", "impact-damper/2c", "--bounds", "nothing=0.9:1.2"],
-            "parameter = 'nothing': must be one of mass_ratio",
+            "bounds = 'nothing': must be one of mass_ratio",
         ),
         (
             ["branch", CASE, "--bounds", "omega=1.04:1.06", "--switch", "BP1"],

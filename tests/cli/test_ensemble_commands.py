@@ -193,8 +193,8 @@ def test_basins_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> 
 def test_basins_say_how_many_starts_are_left(capsys: pytest.CaptureFixture[str]) -> None:
     three = ["basins", "impact-damper/B", "--omega", "0.945"]
     argv = [*three, "--over", "x1=-6:6:4", "--over", "v1=-6:6:3"]
-    out = said([*argv, "--most", "1"], capsys)
-    assert "% of the starts. Raise --settle-periods, or --most." in out
+    out = said([*argv, "--most-classified", "1"], capsys)
+    assert "% of the starts. Raise --settle-periods, or --most-classified." in out
     out = said(argv, capsys)
     assert "not matched" not in out
 
@@ -267,7 +267,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
         ([*PLANE[:4], "--starts", "2", "--bounds", "x1=0:1", "--most-motions", "3"], "most_motions: is for planes"),
         ([*PLANE, "--symbols", "1-1-1", "--variable", "period"], "are the colours of 'motion'"),
         (["sweep", *PLANE[1:], "--grid", "x1=0,1", "--variable", "n"], "must have two"),
-        ([*PLANE, "--most", "9"], "most = 9: must be at most 7"),
+        ([*PLANE, "--most-motions", "9"], "most_motions = 9: must be at most 7"),
         ([*PLANE, "--symbols", "1"], "symbols = ['1']: must be 1 to 7 different ones"),
         ([*PLANE, "--variable", "attractors"], "'attractors': must be one of"),
         ([*PLANE, "--starts", "2", "--bounds", "x1=0:1", "--variable", "n"], "must have two"),

@@ -250,7 +250,7 @@ def said(capsys: pytest.CaptureFixture[str], damper: vi.ImpactDamper, command: s
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        ("orbits --cycles 1 --impacts 2 --starts 5", "clearance [m]"),
+        ("orbits --most-cycles 1 --most-impacts 2 --starts 5", "clearance [m]"),
         ("response --band omega=60:70 --measure power --points 2 --starts 0 --most-branches 0 --settle-periods 1",
          "dissipated power over omega 60 to 70 rad/s"),
     ],

@@ -82,9 +82,13 @@ def _observed(arguments: argparse.Namespace) -> list[Observer]:
 
 
 def _counting(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Options for counting attractors; the observers are fixed."""
-    observe = {"observe": arguments.observe} if arguments.observe else {}
-    return observe | common.given(arguments, COUNTING)
+    """Options for counting attractors."""
+    if arguments.observe:
+        raise InvalidParameterError(
+            f"observe = {arguments.observe}: must be left out; the matching of attractors fixes the "
+            "observers. For others take vibroimpact sweep."
+        )
+    return common.given(arguments, COUNTING)
 
 
 def _counts(found: xr.Dataset) -> list[str]:

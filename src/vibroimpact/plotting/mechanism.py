@@ -20,14 +20,14 @@ MIDDLE = SLOT[0] + SLOT[2] / 2.0
 FREE_AT = MIDDLE + 0.7  # the free mass is off the middle, so that x2 - x1 is visible
 
 
-def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool = True) -> Axes:
+def plot_mechanism(system: System, *, ax: Axes | None = None, caption: bool = True) -> Axes:
     """Draw a system from its description, with its parameters; not to scale.
 
     Parameters
     ----------
     system
         The impact damper, or any mechanism.
-    parameters
+    caption
         Whether to write the parameters of the impact damper below it.
 
     Notes
@@ -38,7 +38,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
     What is no spring, dashpot or stop between two masses or to the ground is listed below the
     drawing: coupling of masses, gyroscopic and circulatory terms, rows of three coordinates.
     """
-    check_flag("parameters", parameters)
+    check_flag("caption", caption)
     if not isinstance(system, ImpactDamper):
         return draw_chain(mechanism_of(system), ax)
     with style.drawing(ax, width=4.2, height=2.4) as ax:
@@ -48,9 +48,9 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
         _masses(ax)
         _force(ax)
         _coordinates(ax)
-        if parameters:
+        if caption:
             ax.text(4.9, -1.0, _parameters(system), ha="center", va="top", fontsize=9)
-        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7 if parameters else -0.6, 3.9), aspect="equal")
+        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7 if caption else -0.6, 3.9), aspect="equal")
         ax.axis("off")
     return ax
 

@@ -154,8 +154,8 @@ class RandomStarts:
         (low, high), low < high, by name of a coordinate: x1, x2, ..., v1, v2, ..., phase [rad].
     base
         The state that gives the other coordinates.
-    first
-        Number of the first start, >= 0: ``first=1000`` continues the list of ``starts=1000``.
+    skip
+        Starts of the list that are left out before, >= 0: ``skip=1000`` continues ``starts=1000``.
 
     Raises
     ------
@@ -180,19 +180,19 @@ class RandomStarts:
     seed: int
     bounds: Mapping[str, tuple[float, float]] = field(hash=False)
     base: State
-    first: int = 0
+    skip: int = 0
 
     def __post_init__(self) -> None:
         check_count("starts", self.starts, 1)
         check_count("seed", self.seed, 0, LARGEST_SEED)
-        check_count("first", self.first, 0)
+        check_count("skip", self.skip, 0)
         ranges = {
             name: ends_of(f"bounds[{name!r}]", self.bounds[name])
             for name in _in_order("bounds", self.bounds, self.base)
         }
         object.__setattr__(self, "bounds", ranges)
         size = 8 * (2 * len(self.base.position) + 1)
-        check_memory("starts", self.starts, 2 * size, "Take fewer, then continue with first=...")
+        check_memory("starts", self.starts, 2 * size, "Take fewer, then continue with skip=...")
 
     @property
     def dims(self) -> dict[str, int]:
@@ -207,7 +207,7 @@ class RandomStarts:
     def block(self, place: tuple[slice, ...]) -> RandomStarts:
         """Starts of a range of numbers."""
         low, high, _ = place[0].indices(self.starts)
-        return RandomStarts(high - low, self.seed, self.bounds, self.base, self.first + low)
+        return RandomStarts(high - low, self.seed, self.bounds, self.base, self.skip + low)
 
     def states(self) -> States:
         """States of all starts."""
@@ -219,7 +219,7 @@ class RandomStarts:
         return {
             "kind": "random",
             "seed": int(self.seed),
-            "first": int(self.first),
+            "skip": int(self.skip),
             "starts": int(self.starts),
             "bounds": ranges,
             "base": asdict(self.base),
@@ -227,7 +227,7 @@ class RandomStarts:
 
     def _drawn(self) -> dict[str, Floats]:
         """Drawn coordinates, each (starts,)."""
-        bits = np.random.PCG64(self.seed).advance(self.first * len(self.bounds))
+        bits = np.random.PCG64(self.seed).advance(self.skip * len(self.bounds))
         raw = bits.random_raw(self.starts * len(self.bounds)).reshape(self.starts, len(self.bounds))
         unit = (raw >> np.uint64(11)).astype(np.float64) * RANDOM_SPACING
         ends = self.bounds.values()
