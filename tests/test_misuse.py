@@ -599,7 +599,7 @@ def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
     """The same of designs."""
     few: dict[str, Any] = {"points": 2, "starts": 1, "settle_periods": 2, "periods": 2}
     judged = {"parameter": "omega", "bounds": (1.1, 1.2), "measure": "x1", "seed": 0, "unit": "",
-              "spread": {}, "aim": "small", "kind": "worst"} | few  # fmt: skip
+              "spread": None, "aim": "small", "kind": "worst"} | few  # fmt: skip
     both = (
         vi.Objective("omega", (1.1, 1.2), **few),
         vi.Objective("omega", (1.1, 1.2), **few, kind="mean"),

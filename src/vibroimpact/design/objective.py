@@ -116,7 +116,7 @@ class Objective:
     settle_periods: float = 250
     periods: float = 50
     unit: Unit = ""
-    spread: Spread = field(default_factory=dict, hash=False)
+    spread: Spread | None = field(default=None, hash=False)
     aim: Aim = "small"
 
     def __post_init__(self) -> None:
@@ -134,7 +134,7 @@ class Objective:
             "seed": int(self.seed),
             "settle_periods": nonnegative("settle_periods", self.settle_periods),
             "periods": positive("periods", self.periods),
-            "spread": _spread(self.spread),
+            "spread": None if self.spread is None else _spread(self.spread),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
@@ -328,7 +328,7 @@ class Judge:
     @property
     def _corners(self) -> list[dict[str, tuple[float, float]]]:
         """Middle and corners of the uncertainties: (factor, 0) or (0, value) by name."""
-        spread = self.objective.spread
+        spread = self.objective.spread or {}
         if not spread:
             return [{}]
         middle = {name: _at(width, 0.5) for name, width in spread.items()}
@@ -341,7 +341,7 @@ class Judge:
         corners, values = self._corners, self.band.values(self.objective.points)
         each, size = len(corners) * len(values), len(table) * len(corners) * len(values)
         columns = {name: np.repeat(table[:, i], each) for i, name in enumerate(self.names)}
-        for name in self.objective.spread:
+        for name in self.objective.spread or {}:
             own = columns.get(name, np.full(size, parameter_value(self.system, name)))
             factor, value = (np.array([corner[name][k] for corner in corners]) for k in (0, 1))
             spread = (np.tile(np.repeat(part, len(values)), len(table)) for part in (factor, value))
@@ -415,7 +415,7 @@ def judge_of(
 
 def _check_spread(system: System, objective: Objective, names: Sequence[str], band: Band) -> None:
     """Refuse uncertain parameters that there are not, or that are given twice."""
-    for name, width in objective.spread.items():
+    for name, width in (objective.spread or {}).items():
         value = parameter_value(system, name)
         if name == band.parameter:
             raise InvalidParameterError(f"spread[{name!r}]: is what the band varies. Leave it out.")
