@@ -12,7 +12,7 @@ from vibroimpact.plotting import plot_section
 
 REST = vi.State((0.0,), (0.0,))
 PAIR = vi.State((0.0, 0.0), (0.0, 0.0))
-FEW = {"settle": 100, "points": 100, "max_settle": 800}
+FEW = {"settle_events": 100, "points": 100, "most_settle_events": 800}
 
 
 def belt(force=0.0):

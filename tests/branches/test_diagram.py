@@ -117,7 +117,7 @@ def test_points_at_which_the_machine_does_not_move_so_are_not_switched_at() -> N
 
 def test_counts_out_of_range_are_refused() -> None:
     orbit = vi.symmetric_orbits(SET_A)[0]
-    for name, value in {"depth": -1, "most": 0, "attractors": -1}.items():
+    for name, value in {"depth": -1, "most_branches": 0, "points": -1}.items():
         with pytest.raises(vi.InvalidParameterError, match=f"{name} = {value}"):
             branch_diagram(orbit, "omega", RANGE, **{name: value})
 
@@ -201,7 +201,7 @@ def test_the_picture_shows_every_branch_over_the_attractors(diagram: Diagram) ->
     assert "attractors" in [text.get_text() for text in legend.get_texts()]
     shown = [text.get_text().removesuffix(", symmetric") for text in legend.get_texts()]
     assert {f"{i}: {b.symbol}" for i, b in enumerate(diagram.branches)} <= set(shown)
-    assert not diagram.plot("x1", points=False).texts
+    assert not diagram.plot("x1", marks=False).texts
     assert diagram.plot("speed").get_ylabel() == "smallest impact speed"  # no cloud of it
 
 

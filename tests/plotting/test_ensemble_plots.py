@@ -352,7 +352,7 @@ def test_misuse_of_a_plane_is_refused() -> None:
     plane = some_plane()
     with pytest.raises(vi.InvalidParameterError, match="'speed': must be one of n, p, q"):
         plotting.plot_plane(plane, variable="speed")
-    with pytest.raises(vi.InvalidParameterError, match="most = 9: must be at most 7"):
+    with pytest.raises(vi.InvalidParameterError, match="most_motions = 9: must be at most 7"):
         plotting.plot_plane(plane, most_motions=9)
     with pytest.raises(vi.InvalidParameterError, match=r"has the dims omega: must have two"):
         plotting.plot_plane(plane.isel(half_clearance=0))

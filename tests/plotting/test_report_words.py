@@ -16,7 +16,7 @@ from vibroimpact.plotting.words import kind_of, motion_in_words, number
 from vibroimpact.response.compare import comparison, decibels, is_comparable, worst_of_comparison
 
 CHEAP: dict[str, Any] = {
-    "number": 2, "starts": 0, "settle_periods": 1, "periods": 1, "most": 0, "progress": False,
+    "points": 2, "starts": 0, "settle_periods": 1, "periods": 1, "most_branches": 0, "progress": False,
 }  # fmt: skip
 
 

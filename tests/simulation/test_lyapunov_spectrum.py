@@ -440,9 +440,9 @@ def test_the_first_exponents_alone_are_those_of_all(count: int) -> None:
         ({"impacts": 1000}, "impacts = 1000: must be an integer >= 1024"),
         ({"impacts": 2000.0}, "impacts = 2000.0: must be an integer"),
         ({"settle_impacts": -1}, "settle_impacts = -1: must be an integer >= 0"),
-        ({"count": 0}, "count = 0: must be an integer >= 1"),
-        ({"count": 5}, "count = 5: must be at most 4"),
-        ({"count": "all"}, "count = 'all': must be an integer"),
+        ({"exponents": 0}, "exponents = 0: must be an integer >= 1"),
+        ({"exponents": 5}, "exponents = 5: must be at most 4"),
+        ({"exponents": "all"}, "exponents = 'all': must be an integer"),
     ],
 )
 def test_bad_counts_are_refused(options: dict[str, object], message: str) -> None:

@@ -116,7 +116,7 @@ def test_a_motion_that_stops_impacting_leaves_the_points_it_had():
     ("keywords", "words"),
     [
         ({"points": 0}, "points = 0"),
-        ({"settle": -1}, "settle = -1"),
+        ({"settle_events": -1}, "settle_events = -1"),
         ({"at": vi.AtStop("C")}, "stop = 'C'"),  # type: ignore[arg-type]
         ({"at": vi.AtStop(contact=1)}, "contact = 1"),
         ({"at": "A"}, r"at = 'A': must be vi\.AtStop"),

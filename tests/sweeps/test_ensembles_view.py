@@ -140,12 +140,12 @@ def test_the_attributes_say_how_attractors_and_ways_were_asked_for() -> None:
     }  # fmt: skip
     starts = vi.RandomStarts(2, 0, {"x1": (-1.0, 1.0)}, START)
     counted = vi.multistability(SET_A, over=over, start=starts, same_within=0.01, **options)
-    assert json.loads(counted.attrs["call"]) == {"at": place, "tolerance": 0.01}
+    assert json.loads(counted.attrs["call"]) == {"at": place, "same_within": 0.01}
     grid = {"x1": [0.0], "v1": [0.0]}
     found = vi.basins(SET_A, over=grid, start=START, same_within=0.02, most_classified=3, **options)
     assert (
         json.loads(found.attrs["call"]).items()
-        >= {"tolerance": 0.02, "most": 3, "over": grid}.items()
+        >= {"same_within": 0.02, "most_classified": 3, "over": grid}.items()
     )
 
 

@@ -401,7 +401,7 @@ def test_misuse_is_refused_by_name(options, said):
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: vi.RandomStarts(0, 1, {"v1": (0.0, 1.0)}, PLAIN), "count = 0"),
+        (lambda: vi.RandomStarts(0, 1, {"v1": (0.0, 1.0)}, PLAIN), "starts = 0"),
         (lambda: vi.RandomStarts(1, -1, {"v1": (0.0, 1.0)}, PLAIN), "seed = -1"),
         (
             lambda: vi.RandomStarts(1, 2**64, {"v1": (0.0, 1.0)}, PLAIN),
