@@ -179,15 +179,14 @@ def test_forces_without_a_common_period_are_refused() -> None:
         vi.find_orbit(replace(oscillator(upper=5.0), forces=lines), vi.State((0.0,), (0.0,)))
 
 
-@pytest.mark.parametrize("impacts", [None, ("A",)])
-def test_a_motion_that_chatters_in_every_period_is_named(impacts: tuple[str, ...] | None) -> None:
+def test_impacts_do_not_say_where_a_motion_rests() -> None:
     """A preload presses the mass to its stop; the force lifts it once per cycle."""
     pressed = replace(oscillator(upper=0.0, restitution=0.3), constant_force=(1.2,))
     run = vi.simulate(pressed, vi.State((-1.0,), (0.0,)), impacts=300)
-    assert np.isin(run.status[-100:], [vi.Status.CHATTER, vi.Status.RELEASE]).any()
-    orbit = vi.find_orbit(pressed, run, stops=impacts)
+    orbit = vi.find_orbit(pressed, run, stops=("A",))
     assert not orbit.converged
-    assert "chatters or sticks in every period" in orbit.status
+    assert "rests on a stop in every period" in orbit.status
+    assert vi.find_orbit(pressed, run).converged
 
 
 # ---- copies --------------------------------------------------------------------------------------

@@ -20,7 +20,12 @@ from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states
-from vibroimpact.compile.prescribed import check_prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import (
+    CHATTER_WATCH,
+    GAP_WATCH,
+    check_prescribed,
+    compile_prescribed,
+)
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -283,6 +288,7 @@ def primitive(orbit: Orbit) -> Orbit:
     """
     if not orbit.converged:
         return orbit
+    orbit = _chatter_summed(orbit)
     signature, guess = orbit.signature, unfolded(orbit)
     count = len(signature.impacts)
     turns = [k for k in range(count, 1, -1) if _repeats(orbit, guess, k)]
@@ -294,6 +300,31 @@ def primitive(orbit: Orbit) -> Orbit:
         return orbit
     found = solve(orbit.system, replace(signature, symmetric=True), guess)
     return found if found.converged else orbit
+
+
+def _chatter_summed(orbit: Orbit) -> Orbit:
+    """Reduce the impacts of chatter to one segment, from where what is left is no longer than a step."""
+    signature, compiled = orbit.signature, orbit.problem.compiled(orbit.parameter_value)
+    if all(end.watch != CHATTER_WATCH for end in signature.ends):
+        return orbit
+    parts = compiled.explicit(orbit.states, orbit.durations, signature.ends)
+    ends, durations = [*parts.ends], parts.durations.copy()
+    kept = np.ones(len(ends), dtype=bool)
+    for last in [k for k, end in enumerate(ends) if end.watch == CHATTER_WATCH]:
+        impact, first = ends[last]._replace(watch=GAP_WATCH), last
+        while ends[first - 1] == impact == ends[first - 2]._replace(mode=impact.mode) and durations[
+            first - 1 : last + 1
+        ].sum() <= compiled.step(impact.mode):
+            first -= 1
+        ends[first], durations[first] = ends[last], durations[first : last + 1].sum()
+        kept[first + 1 : last + 1] = False
+    if kept.sum() == len(orbit.durations):
+        return orbit
+    ends = [end for end, left in zip(ends, kept, strict=True) if left]
+    impacts = tuple(Stop(end.contact, end.side) for end in (ends[-1], *ends[:-1]))
+    flights = tuple(Flight(end.mode, end.watch) for end in ends)
+    regrouped = Signature(impacts, signature.cycles, False, flights)
+    return solve(orbit.system, regrouped, Guess(parts.states[kept], durations[kept]))
 
 
 def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
@@ -366,6 +397,7 @@ def mirror_distance(system: System, signature: Signature, guess: Guess) -> float
     if (
         not half
         or second != tuple(stop.opposite for stop in first)
+        or signature.flights
         or asymmetry(m, signature.cycles)
     ):
         return math.inf

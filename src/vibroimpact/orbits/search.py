@@ -47,7 +47,7 @@ from vibroimpact.orbits.find import (
     unfolded,
 )
 from vibroimpact.orbits.mirror_images import mirror_image, mirror_turn
-from vibroimpact.orbits.near_returns import NOT_FREE, KnownLoops, beginnings, loops_of
+from vibroimpact.orbits.near_returns import UNPRESCRIBED, KnownLoops, beginnings, loops_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
@@ -87,6 +87,7 @@ def find_orbits(
         Largest number of forcing cycles of an orbit, 1 to 1000; ignored without forcing.
     most_impacts
         Largest number of impacts per period, at all stops, >= 1; meeting a soft stop counts as one.
+        Those of chatter count until what is left of it is summed.
         Of orbits without impacts it bounds the changes of state of one kind: of one element, at
         one limit, to one state.
     starts
@@ -266,8 +267,8 @@ def _starts_of(system: System) -> Starts | StartsBetween:
 def _end_of(run: Run) -> MotionEnd:
     if run.end is RunEnd.DIVERGED:
         return MotionEnd.DIVERGED
-    if np.isin(run.status, NOT_FREE).any():
-        return MotionEnd.RESTED
+    if np.isin(run.status, UNPRESCRIBED).any():
+        return MotionEnd.UNPRESCRIBED
     if run.end is RunEnd.IMPACTS:
         return MotionEnd.IMPACTS
     if run.end in (RunEnd.HORIZON, RunEnd.EVENTS) and len(run):

@@ -27,7 +27,7 @@ class MotionEnd(StrEnum):
 
     IMPACTS = "kept impacting"
     CHANGING = "kept changing states without impact"
-    RESTED = "chattered or stuck"
+    UNPRESCRIBED = "had several events at once, or an open one"
     SILENT = "stopped impacting"
     DIVERGED = "diverged"
     BROKEN = "could not be followed"
