@@ -131,7 +131,7 @@ def test_a_branch_passes_through_rest_and_chatter() -> None:
 
 
 def test_a_search_lists_the_resting_orbit_once() -> None:
-    search = vi.find_orbits(ball(0.3), cycles=1, impacts=3, starts=4)
+    search = vi.find_orbits(ball(0.3), most_cycles=1, most_impacts=3, starts=4)
     assert [orbit.symbol for orbit in search.orbits] == ["1-0-inf"]
 
 
