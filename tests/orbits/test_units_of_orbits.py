@@ -101,6 +101,9 @@ BRANCHES: dict[
 }
 
 
+QUICK = {"frequency, rigid", "restitution, rigid", "frequency, damper", "clearance, soft"}
+
+
 def same_but_for_a_power_of_two(one: np.ndarray, other: np.ndarray) -> bool:
     """Whether numbers are the same in units that differ by one: a test function has the unit of its guard."""
     (m, e), (n, f) = np.frexp(one), np.frexp(other)
@@ -134,7 +137,10 @@ def branches_of(
 
 
 @IN_ALL_UNITS
-@pytest.mark.parametrize("case", BRANCHES)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=[] if case in QUICK else pytest.mark.slow) for case in BRANCHES],
+)
 def test_branches_have_the_same_bits_in_units_of_powers_of_two(
     case: str, units: tuple[float, float, float]
 ) -> None:
