@@ -77,7 +77,7 @@ def test_the_dataset_has_every_point_of_every_curve() -> None:
 
 def test_bad_input_is_refused() -> None:
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    with pytest.raises(vi.InvalidParameterError, match="levels"):
+    with pytest.raises(vi.InvalidParameterError, match="depth"):
         vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), depth=-1)
     with pytest.raises(vi.InvalidParameterError, match="twice the same"):
         vi.bifurcation_atlas(orbit, ("omega", "omega"), ((0.9, 1.05), (5.0, 6.3)))
