@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.bifurcations import COARSE
 
 import vibroimpact as vi
 
@@ -19,7 +20,9 @@ DAMPER = vi.ImpactDamper(
 def atlas() -> vi.Atlas:
     """A small part of the plane, around both resonances 1:4."""
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    return vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most_curves=4)
+    return vi.bifurcation_atlas(
+        orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most_curves=4, steps=COARSE
+    )
 
 
 @pytest.mark.slow

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
+from vibroimpact._core.exponential import exponentials
 from vibroimpact._core.scalars import numeric_value, rounded_down
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
@@ -281,20 +282,18 @@ def _propagated(
 
     They are computed in these units, dY/dp with p in one that makes both parts of the flow alike.
     """
-    from scipy.linalg import expm
-
     size = len(flow.value)
     varied = bool(begun[:, size:].any() or flow.by.any())
     value, by = (part / units[:, None] * units for part in flow)
     if not varied:
-        matrices = expm(value * times[:, None, None])
+        matrices = exponentials(value, times)
         begun, still = begun[:, :size] / units, np.zeros((len(times) - 1, len(begun), size))
     else:
         largest = float(np.abs(value).max())
         change = np.abs(by).max() / largest if largest else 0.0
         units = np.concatenate([units, units * (rounded_down(float(change), 1) or 1.0)])
         whole = np.block([[flow.value, np.zeros((size, size))], [flow.by, flow.value]])
-        matrices = expm(whole / units[:, None] * units * times[:, None, None])
+        matrices = exponentials(whole / units[:, None] * units, times)
         begun = begun / units
     out = []
     for nth in range(int(counts.max())):

@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_kind, check_target, path_of
+from vibroimpact._core.checks import check_flag, check_kind, check_target, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
 from vibroimpact.branches.branch import Stability
@@ -96,6 +96,7 @@ def write_report(
     """Write a report to a file; see :meth:`Response.report`."""
     target = path_of("path", path)
     check_target(target, PAGES, "path")
+    check_flag("decibel", decibel)
     text = report_of(response, title=title, compare=compare, decibel=decibel)
     with replacing(target) as temporary:
         temporary.write_text(text, encoding="utf-8")
