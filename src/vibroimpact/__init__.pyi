@@ -1,6 +1,7 @@
 """Exact dynamics and bifurcations of vibro-impact systems: all public names and their modules."""
 
 from vibroimpact import continuation as continuation
+from vibroimpact import machines as machines
 from vibroimpact import measures as measures
 from vibroimpact import normal_forms as normal_forms
 from vibroimpact import plotting as plotting

@@ -113,8 +113,8 @@ def test_the_reference_is_what_the_docstrings_say() -> None:
     assert done.returncode == 0, "run: python tools/reference_page.py"
 
 
-def test_editors_see_every_observer() -> None:
-    tool = ROOT / "tools" / "observer_stub.py"
+def test_editors_see_every_observer_and_every_machine() -> None:
+    tool = ROOT / "tools" / "name_stubs.py"
     done = subprocess.run([sys.executable, str(tool), "--check"], check=False)
     assert done.returncode == 0, "run: make stubs"
 
