@@ -34,7 +34,7 @@ class SoftImpactOscillator(Machine):
     gap
         Distance to the stop.
     amplitude
-        Amplitude a of the base.
+        Amplitude a of the base, >= 0.
     omega
         Frequency of the base, > 0.
     omega_n
@@ -65,7 +65,7 @@ class SoftImpactOscillator(Machine):
     stiffness_ratio: float = parameter(positive, "", r"stiffness ratio $\beta$", default=29.0)
     stop_zeta: float = parameter(nonnegative, "", "damping ratio of the stop", default=0.0)
     gap: float = parameter(real, "length", "gap $e$", default=1.26)
-    amplitude: float = parameter(positive, "length", "base amplitude $a$", default=0.7)
+    amplitude: float = parameter(nonnegative, "length", "base amplitude $a$", default=0.7)
     omega: float = parameter(positive, "frequency", default=0.8)
     omega_n: float = parameter(positive, "frequency", default=1.0)
     mass: float = parameter(positive, "mass", "mass $m$", default=1.0)
