@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 import vibroimpact as vi
+from vibroimpact._core.docstrings import descriptions
 from vibroimpact.cli import main as cli
-from vibroimpact.cli.common import descriptions
 from vibroimpact.machines.json_text import system_of, text_of
 from vibroimpact.machines.machine import Machine, example_of, parameters_of
 from vibroimpact.machines.registry import (
@@ -32,7 +32,7 @@ pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 PACKAGE = Path(vi.__file__).parent
 CLASSES = {name: machine_of(name) for name in MACHINES}
 WITH_PARAMETERS = [
-    c for c in cli.COMMANDS if c not in ("machines", "reproduce", "switch", "tongue")
+    c for c in cli.COMMANDS if c not in ("machines", "show", "reproduce", "switch", "tongue")
 ]
 WORDS = {word for entry in MACHINES.values() for word in entry.place.split(":")}
 PAPER = "vibroimpact_papers.impact_damper.circles"  # a publication, of that name too

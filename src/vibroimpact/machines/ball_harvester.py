@@ -50,7 +50,7 @@ class BallHarvester(Machine):
     )
     to_try = (
         (
-            "diagram ball-harvester --over half_length=0.1:1.5:200 --at B",
+            "diagram ball-harvester --over half_length=0.1:1.5:200 --at B --out diagram.png",
             "alternating impacts, then two below",
         ),
         (

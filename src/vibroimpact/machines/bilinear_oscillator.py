@@ -48,7 +48,7 @@ class BilinearOscillator(Machine):
     )
     to_try = (
         (
-            "diagram bilinear-oscillator --over omega=1:6:300",
+            "diagram bilinear-oscillator --over omega=1:6:300 --out diagram.png",
             "subharmonic resonances and chaos between them",
         ),
         (

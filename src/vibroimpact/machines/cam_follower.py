@@ -49,7 +49,7 @@ class CamFollower(Machine):
     )
     to_try = (
         (
-            "diagram cam-follower --over omega=1.4:3:200 --at B",
+            "diagram cam-follower --over omega=1.4:3:200 --at B --out diagram.png",
             "lift-off, then one impact per turn and more",
         ),
         ("simulate cam-follower --out follower.svg", "how it leaves the cam and lands"),

@@ -45,7 +45,7 @@ class ImpactPair(Machine):
     )
     to_try = (
         (
-            "diagram impact-pair --over half_clearance=0.2:3:200",
+            "diagram impact-pair --over half_clearance=0.2:3:200 --out diagram.png",
             "impacts in turn, then period doubling",
         ),
         (

@@ -57,7 +57,7 @@ class MultiUnitDamper(Machine):
     )
     to_try = (
         (
-            "response multi-unit-damper --over omega=0.7:1.3",
+            "response multi-unit-damper --over omega=0.7:1.3 --out response.png",
             "beside --units 1: the same mass in one piece",
         ),
         ("simulate multi-unit-damper --out units.svg", "units in step and out of step"),

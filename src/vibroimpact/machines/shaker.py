@@ -49,7 +49,7 @@ class Shaker(Machine):
     )
     to_try = (
         (
-            "diagram shaker --over omega=2:6:200",
+            "diagram shaker --over omega=2:6:200 --out diagram.png",
             "when the part lifts off, one hop per period, then more",
         ),
         ("simulate shaker --out hops.svg", "the hops"),

@@ -52,7 +52,7 @@ class SoftImpactOscillator(Machine):
     )
     to_try = (
         (
-            "diagram soft-impact-oscillator --over omega=0.6:1:300",
+            "diagram soft-impact-oscillator --over omega=0.6:1:300 --out diagram.png",
             "a narrow band of chaos at grazing",
         ),
         (
