@@ -51,10 +51,7 @@ class BilinearOscillator(Machine):
             "diagram bilinear-oscillator --over omega=1:6:300 --out diagram.png",
             "subharmonic resonances and chaos between them",
         ),
-        (
-            "response bilinear-oscillator --over omega=0.5:3 --out response.png",
-            "the resonance at the frequency of (2)",
-        ),
+        ("simulate bilinear-oscillator --omega 3 --out swing.svg", "swings on either spring"),
     )
 
     mass: float = parameter(positive, "mass", "mass $m$", default=1.0)

@@ -47,8 +47,8 @@ class EnergySink(Machine):
     )
     to_try = (
         (
-            "response energy-sink --over omega=0.8:1.2 --out response.png",
-            "the resonance, and what the ball takes of it",
+            "diagram energy-sink --over omega=0.9:1.1:100 --out diagram.png",
+            "two impacts per period, or chaos",
         ),
         (
             "simulate energy-sink --t-max 1000 --out beats.svg",

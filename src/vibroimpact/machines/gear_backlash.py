@@ -49,10 +49,7 @@ class GearBacklash(Machine):
         "with the phase has periodic coefficients, which no mechanism has."
     )
     to_try = (
-        (
-            "response gear-backlash --over omega=0.3:1.5 --out response.png",
-            "softening resonance with a jump",
-        ),
+        ("simulate gear-backlash --omega 0.6 --out teeth.svg", "flanks that part and meet"),
         (
             "diagram gear-backlash --over omega=0.4:1.2:200 --way both --out diagram.png",
             "its hysteresis",

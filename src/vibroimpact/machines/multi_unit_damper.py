@@ -56,10 +56,7 @@ class MultiUnitDamper(Machine):
         "(1969) 1111-1117. Numbers of equations: not to be had."
     )
     to_try = (
-        (
-            "response multi-unit-damper --over omega=0.7:1.3 --out response.png",
-            "beside --units 1: the same mass in one piece",
-        ),
+        ("diagram multi-unit-damper --over omega=0.7:1.3:100 --out d.png", "beside --units 1"),
         ("simulate multi-unit-damper --out units.svg", "units in step and out of step"),
     )
 

@@ -46,10 +46,7 @@ class PoundingStructures(Machine):
         "(1988) 443-456, here with two structures and a rigid joint. Numbers of equations: not to be had."
     )
     to_try = (
-        (
-            "response pounding --over omega=0.6:2.2 --out response.png",
-            "resonances of both, and where they strike",
-        ),
+        ("simulate pounding --out blows.svg", "both structures, and where they strike"),
         (
             "diagram pounding --over clearance=0:1:200 --out diagram.png",
             "how wide the joint must be",

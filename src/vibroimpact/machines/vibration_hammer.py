@@ -52,10 +52,7 @@ class VibrationHammer(Machine):
             "diagram vibration-hammer --over omega=0.5:2.5:200 --out diagram.png",
             "ranges of one blow per period",
         ),
-        (
-            "response vibration-hammer --over omega=0.4:2 --out response.png",
-            "how large the housing moves",
-        ),
+        ("simulate vibration-hammer --out blows.svg", "housing and ram, blow by blow"),
     )
 
     mass: float = parameter(positive, "mass", "mass of the housing $M$", default=1.0)
