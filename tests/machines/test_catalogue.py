@@ -463,3 +463,21 @@ def _() -> Pairs:
     yield x[0], -5.0 + 0.2 * t * t / 2.0 + 0.3 / w * (t - math.sin(w * t) / w)
     pressed = vi.simulate(m, vi.State((0.01, 0.0), (0.2, 0.0)), t_max=0.01)
     yield pressed.forces(0.0)[:1], [-40.0 * 0.01 - 0.4 * 0.2]
+
+
+# ---- published -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.1])
+def test_the_mole_repeats_in_two_periods_as_published(gap: float) -> None:
+    """Pavlovskaia and Wiercigroch, Chaos, Solitons and Fractals (2003), Fig. 3, a motion of period two.
+
+    a = 0.3, b = 0.1, damping ratio 0.01, omega = 0.1. The gap is not to be had, and does not matter.
+    """
+    m = machines.Mole(force=0.3, static_force=0.1, damping=0.02, omega=0.1, gap=gap)
+    run = vi.simulate(m, m.free_start(), t_max=100 * TURN / 0.1, impacts=10_000)
+    x, _ = run.at(np.arange(90, 100) * TURN / 0.1)
+    bounded = x[:, 0] - x[:, 1]
+    np.testing.assert_allclose(bounded[2:], bounded[:-2], rtol=1e-8)
+    assert (np.abs(np.diff(bounded)) > 1.0).all()
+    assert (np.diff(x[:, 1]) > 0.0).all()  # and advances

@@ -14,7 +14,7 @@ from vibroimpact.plotting.gallery import commands_of, equations_of, gallery, par
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.report import PAGES
 
-EXAMPLE = "  vibroimpact show shaker --out shaker.svg"
+EXAMPLE = "  vibroimpact show impact-oscillator --out oscillator.svg"
 HEAD = ("parameter", "default", "SI unit", "meaning")
 
 

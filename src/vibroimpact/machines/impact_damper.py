@@ -78,7 +78,7 @@ class ImpactDamper(Machine):
     source = "The paper on the impact damper, equations (1) to (4): docs/references.bib, paper."
     to_try = (
         (
-            "branch impact-damper/A --range 0.5 1.5 --out branch.svg",
+            "branch impact-damper/A --bounds omega=0.5:1.5 --out branch.svg",
             "stability and bifurcations",
         ),
         ("simulate impact-damper/2a --impacts 4000 --out history.svg", "a figure of the paper"),
