@@ -49,7 +49,10 @@ class BouncingBall(Machine):
             "diagram bouncing-ball --over amplitude=0.4:1.8:200 --at B --out diagram.png",
             "rest, then period doubling",
         ),
-        ("simulate bouncing-ball --amplitude 0.9 --out ball.svg", "chatter, and rest on the table"),
+        (
+            "simulate bouncing-ball --amplitude 0.9 --t-max 40 --out ball.svg",
+            "chatter, and rest on the table",
+        ),
     )
 
     gravity: float = parameter(positive, "acceleration", "gravity $g$", default=1.0)

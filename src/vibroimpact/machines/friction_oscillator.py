@@ -48,7 +48,10 @@ class FrictionOscillator(Machine):
         "107-115. Numbers of equations: not to be had; (2) follows from (1), and is checked in the tests."
     )
     to_try = (
-        ("simulate friction-oscillator --omega 0.3 --out stops.svg", "two stops per half period"),
+        (
+            "simulate friction-oscillator --omega 0.3 --t-max 90 --out stops.svg",
+            "two stops per half period",
+        ),
         (
             "sweep friction-oscillator --over omega=0.2:2:100 --observe extremes --out amplitude.nc",
             "his figure",
