@@ -138,6 +138,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     few = vi.Steps(first=0.02, largest=0.5, points=12)
     steps = vi.Steps(first=0.02, largest=0.5, points=200)
     branch = vi.continue_orbit(orbit, "omega", (1.0, 1.21), steps=steps)
+    short = vi.continue_orbit(orbit, "omega", (1.19, 1.21), steps=few)
     diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), points=2, steps=few)
     over, two = {"omega": [1.1, 1.2]}, {"omega": [1.1, 1.2], "zeta": [0.04, 0.05]}
     axes = {"x1": [-1.0, 1.0], "v2": [0.5, 1.0]}
@@ -151,7 +152,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     circle = vi.find_circle(spin, (1.0, 0.0, 0.0), p=0.9, settle_iterates=500, points=500)
     family = vi.continue_circle(circle, "p", (0.8, 1.1))
     file = folder / "branch.nc"
-    vi.save(branch, file)
+    vi.save(short, file)
     around = ((1.0, 1.21), (4.0, 6.0))
     curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
     torus = torus_of_a_map()
@@ -441,8 +442,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "bifurcation_atlas": (
             vi.bifurcation_atlas,
-            {"orbit": closed, "parameters": PLANE, "bounds": around, "touches": False, "depth": 0,
-             "most_curves": 1, "steps": few, "progress": False},
+            {"orbit": closed, "parameters": PLANE, "bounds": ((1.15, 1.21), (4.8, 5.2)),
+             "touches": False, "depth": 0, "most_curves": 1, "steps": few, "progress": False},
         ),
         "tongue": (
             vi.tongue, {"point": torus["1/5_1"], "bounds": None, "steps": few, "progress": False},
@@ -696,10 +697,10 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
         "free_decay": (
             vi.free_decay,
             {"system": damper, "start": {"v1": 1.0}, "row": "x1", "to": 0.1, "rest": None,
-             "t_max": 20.0},
+             "t_max": 5.0},
         ),
         "free_decay, start": (
-            lambda v1: vi.free_decay(damper, {"v1": v1}, t_max=20.0), {"v1": 1.0},
+            lambda v1: vi.free_decay(damper, {"v1": v1}, t_max=5.0), {"v1": 1.0},
         ),
         "FreeDecay.to_dataset": (decay.to_dataset, {"points": 10}),
         "FreeDecay.plot": (decay.plot, {"ax": None}),
