@@ -274,7 +274,7 @@ def check_stop_name(value: object) -> None:
 
 
 def path_of(name: str, value: object) -> Path:
-    """Return a name of a file or a folder as a path, or raise naming the argument.
+    """Return a name of a file or a folder as a path, ``~`` replaced by a home, or raise naming the argument.
 
     A name that no file system could hold is refused, and one that may not be looked up; whether
     something of that name is there, and of which kind, is left to the caller.
@@ -285,7 +285,8 @@ def path_of(name: str, value: object) -> Path:
     if not isinstance(text, str) or not text:
         raise refusal(name, value, allowed, "Give a text that is not empty.")
     try:
-        os.stat(text)
+        found = os.path.expanduser(text)
+        os.stat(found)
     except (FileNotFoundError, NotADirectoryError):
         pass
     except ValueError:  # a null byte, half of a surrogate pair
@@ -294,48 +295,12 @@ def path_of(name: str, value: object) -> Path:
         ) from None
     except OSError as error:  # too long, no permission, a loop of links
         raise refusal(name, value, allowed, f"{error.strerror}: name another.") from None
-    return Path(text)
-
-
-def check_target(path: Path, suffixes: tuple[str, ...], name: str = "out") -> None:
-    """Refuse a file that could not be written, before anything is computed for it.
-
-    Parameters
-    ----------
-    path
-        The file to be written; an earlier one of that name will be replaced.
-    suffixes
-        Allowed suffixes.
-    name
-        Name of the argument or option.
-
-    Raises
-    ------
-    InvalidParameterError
-        A name that no file can have, another suffix, a folder of that name, a folder around it that
-        is missing or unwritable.
-    """
-    path_of(name, path)
-    if path.suffix.lower() not in suffixes:
-        raise InvalidParameterError(
-            f"{name} = {path}: must end in {', '.join(suffixes)}. The suffix decides the format."
+    if found == text and text.startswith("~"):
+        head = text.partition("/")[0]
+        raise refusal(
+            name, value, allowed, f"{head} is no user's home; ./{head} is a name in this folder."
         )
-    if path.is_dir():
-        raise InvalidParameterError(f"{name} = {path}: is a folder. Name a file.")
-    if not path.parent.is_dir():
-        raise InvalidParameterError(
-            f"{name} = {path}: {path.parent} must be a folder. Make it first, or name another."
-        )
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise unwritable(name, path, "no permission")
-
-
-def unwritable(name: str, path: Path, reason: str) -> InvalidParameterError:
-    """Error for a file that cannot be written, with the reason."""
-    return InvalidParameterError(
-        f"{name} = {path}: cannot be written ({reason}). Name a file in a folder that you may "
-        "write."
-    )
+    return Path(found)
 
 
 def names_arguments(**advice: str) -> Callable[[Class], Class]:

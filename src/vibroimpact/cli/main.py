@@ -72,11 +72,12 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _done(arguments: argparse.Namespace) -> str:
     """Run a command, write its files, and return what it prints."""
-    from vibroimpact._core.checks import check_target  # loads numpy
+    from vibroimpact._core.checks import path_of  # loads numpy
+    from vibroimpact._core.files import check_target
     from vibroimpact.cli.common import check_interrupted
     from vibroimpact.cli.output import write
 
-    arguments.out = [Path(one) for one in arguments.out]
+    arguments.out = [path_of("out", one) for one in arguments.out]
     for path in arguments.out:
         check_target(path, arguments.suffixes)
     done = arguments.run(arguments)

@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import check_target, ends_of, is_function, path_of, real, refusal
+from vibroimpact._core.checks import ends_of, is_function, path_of, real, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.files import check_target
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge
 from vibroimpact.model.mechanism import Mechanism

@@ -9,14 +9,13 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibroimpact._core.checks import check_target, path_of, refusal
+from vibroimpact._core.checks import path_of, refusal
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.files import replacing
+from vibroimpact._core.files import check_target, write_files
 from vibroimpact.results.result import Result, dataframe_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
 
@@ -51,8 +50,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
     """
     target = path_of("path", path)
     check_target(target, SUFFIXES, "path")
-    with replacing(target) as temporary:
-        write(result, temporary)
+    write_files({target: content_of(result, target.suffix)})
 
 
 def load(path: str | os.PathLike[str], system: Any = None) -> Any:
@@ -140,13 +138,12 @@ def _damage() -> Iterator[None]:
 # ---- the files ---------------------------------------------------------------------------------------
 
 
-def write(result: Any, path: Path) -> None:
-    """Write a result to a file of one of the suffixes."""
-    if path.suffix.lower() == NETCDF:
-        dataset_of(result).to_netcdf(path, engine="h5netcdf")
-    else:
-        table = result.to_dataframe() if isinstance(result, Result) else dataframe_of(result)
-        table.to_csv(path, index=False)
+def content_of(result: Any, suffix: str) -> bytes:
+    """Content of a file of one of the suffixes."""
+    if suffix.lower() == NETCDF:
+        return bytes(dataset_of(result).to_netcdf(engine="h5netcdf"))
+    table = result.to_dataframe() if isinstance(result, Result) else dataframe_of(result)
+    return str(table.to_csv(index=False)).encode()
 
 
 def read(path: str | os.PathLike[str]) -> xr.Dataset:

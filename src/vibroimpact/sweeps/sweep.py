@@ -19,6 +19,7 @@ from vibroimpact._core.checks import (
     check_progress,
     memory_of_machine,
     nonnegative,
+    path_of,
     positive,
     refusal,
     shown,
@@ -33,7 +34,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.sweeps.axes import corners, parameter_axes
 from vibroimpact.sweeps.execution.backends import backend_of
 from vibroimpact.sweeps.execution.compute import Done
-from vibroimpact.sweeps.execution.store import Store, opened, store_path
+from vibroimpact.sweeps.execution.store import Store, opened
 from vibroimpact.sweeps.execution.tiles import (
     Tile,
     compiled_bytes,
@@ -161,7 +162,7 @@ def sweep(
     {'omega': 2, 'half_clearance': 3}
     """
     plan = plan_of(system, over, start, observe, follow, settle_periods, periods, most_impacts)
-    path = None if store is None else store_path(store)
+    path = None if store is None else path_of("store", store)
     compute_tiles = backend_of(backend)
     if client is not None and backend != "dask":
         raise InvalidParameterError(f"client = {shown(client)}: is for backend = 'dask'.")

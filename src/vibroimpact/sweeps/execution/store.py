@@ -15,7 +15,6 @@ from __future__ import annotations
 import fcntl
 import json
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,8 +23,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibroimpact._core.checks import path_of, refusal
 from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError, StoreError
+from vibroimpact._core.files import draft_folder
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
@@ -33,17 +32,6 @@ from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
 
 MOST_SHOWN_DIFFERENCES = 6  # a message lists so many differences between two specifications at most
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
-
-
-def store_path(store: str | os.PathLike[str]) -> Path:
-    """The folder that a user names, ``~`` replaced."""
-    path = path_of("store", store)
-    try:
-        return path.expanduser()
-    except RuntimeError:
-        raise refusal(
-            "store", store, "the name of a folder", f"{path.parts[0]} is no user's home."
-        ) from None
 
 
 class Store:
@@ -162,17 +150,15 @@ def _make(path: Path, schema: Schema, tile: tuple[int, ...]) -> None:
         raise InvalidParameterError(
             f"store = {str(path)!r}: {str(path.parent)!r} must be a folder. Make it first."
         )
-    draft = path.with_name(f".{path.name}-{os.getpid()}")
     try:
-        _fill(draft, schema, tile)
-        draft.rename(path)
+        with draft_folder(path) as draft:
+            _fill(draft, schema, tile)
+            draft.rename(path)
     except OSError as error:
         raise StoreError(
             f"store = {str(path)!r}: cannot be made ({error.strerror or error}). "
             "Name one in a folder that you may write, with room."
         ) from error
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
 
 
 def _fill(draft: Path, schema: Schema, tile: tuple[int, ...]) -> None:
