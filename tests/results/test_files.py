@@ -301,7 +301,7 @@ def test_a_damaged_file_is_refused(broken: vi.Branch) -> None:
     data = dataset_of(broken)
     for lost in ("values", "stored_float64"):
         with pytest.raises(
-            vi.InvalidParameterError, match=f"{lost.removeprefix('stored_')} is missing"
+            vi.InvalidParameterError, match=f"'{lost.removeprefix('stored_')}' is missing"
         ):
             result_of(data.drop_vars(lost))
     text = data[TEXT].values.tobytes()

@@ -26,6 +26,7 @@ Class = TypeVar("Class", bound=type)
 LARGEST_COUNT = 2**50  # the kernel counts events, some four per impact, in doubles
 LARGEST_SEED = 2**64 - 1
 NARROWEST_RANGE_ULPS = 256.0  # a range of a parameter must hold some numbers
+MOST_TEXT = 160  # a message shows so many characters of another program at most
 MOST_SHOWN_ENTRIES = 6  # a message shows so many entries of an array at most
 
 
@@ -54,6 +55,12 @@ class _Shortened(reprlib.Repr):
 def shown(value: object) -> str:
     """Text of a value for a message: one line, some hundred characters at most."""
     return " ".join(_SHORTENED.repr(as_python(value)).split())
+
+
+def shortened(text: str) -> str:
+    """Text of another program for a message: one line, some hundred characters at most."""
+    line = " ".join(text.split())
+    return line if len(line) <= MOST_TEXT else f"{line[:MOST_TEXT]}..."
 
 
 _SHORTENED = _Shortened()

@@ -357,7 +357,9 @@ def optimise(
     check_count("refine", refine, 0)
     check_progress(progress)
     judges = judge, judge.finer(max(refine, 1))
-    search = Search(judges, variables, constraints_of(constraints), store, seed=seed)
+    search = Search(judges, variables, constraints_of(constraints), seed=seed)
+    if store is not None:
+        search.open(store)
     interrupted = False
     with Reporter(progress, "optimise") as report:
         search.report = lambda machines, best: report.say(

@@ -112,10 +112,6 @@ class Search:
     evaluated: int = 0
     level: int = 0
 
-    def __post_init__(self) -> None:
-        if self.store is not None:
-            self._open()
-
     def __call__(self, table: Floats) -> Floats:
         """Worth of machines, shape (k, d) to (k,): less is better; those not allowed are worst."""
         known = self.table[self.evaluated : self.evaluated + len(table)]
@@ -229,8 +225,9 @@ class Search:
 
     # ---- the store ---------------------------------------------------------------------------
 
-    def _open(self) -> None:
-        path = path_of("store", self.store)
+    def open(self, store: str | os.PathLike[str]) -> None:
+        """Keep the record in a file, and take what an earlier search has left there."""
+        self.store = path = path_of("store", store)
         check_target(path, (NETCDF,), "store")
         if not path.exists():
             return
@@ -239,10 +236,33 @@ class Search:
             raise InvalidParameterError(
                 f"store = {path}: holds another search. Name another file, or repeat that one."
             )
-        self.table = list(data["table"].values)
-        self.worth = data["worth"].values.tolist()
-        self.levels = data["levels"].values.tolist()
-        self.groups = [int(k) for k in data["groups"].values]
+        try:
+            table, worth, levels, groups = (
+                data[name].values for name in ("table", "worth", "levels", "groups")
+            )
+            self._check_record(table, worth, levels, groups)
+        except (KeyError, ValueError, TypeError) as error:
+            raise InvalidParameterError(
+                f"store = {path}: is damaged ({error}). Name another file."
+            ) from error
+        self.table = list(table)
+        self.worth, self.levels, self.groups = worth.tolist(), levels.tolist(), groups.tolist()
+
+    def _check_record(self, table: Any, worth: Any, levels: Any, groups: Any) -> None:
+        """Refuse what no search has recorded."""
+        low, high = self.variables.low, self.variables.high
+        count = len(worth)
+        for what, right in (
+            (
+                "machines",
+                table.shape == (count, len(low)) and np.all((low <= table) & (table <= high)),
+            ),
+            ("worth", worth.shape == (count,) and np.isfinite(worth).all()),
+            ("levels", levels.shape == (count,) and np.isin(levels, range(len(self.judges))).all()),
+            ("groups", np.all(np.diff(groups, prepend=0) > 0) and groups[-1:].sum() <= count),
+        ):
+            if not right:
+                raise ValueError(what)
 
     def _record(self) -> xr.Dataset:
         import xarray as xr
