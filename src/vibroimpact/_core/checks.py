@@ -325,7 +325,7 @@ def names_arguments(**advice: str) -> Callable[[Class], Class]:
         names = frozenset(known)
 
         @functools.wraps(make)
-        def checked(self: Any, *args: Any, **given: Any) -> None:
+        def checked(self: Any, /, *args: Any, **given: Any) -> None:
             if not names.issuperset(given):
                 name = next(name for name in given if name not in names)
                 raise unknown_keyword(cls.__name__, name, known, advice.get(name, ""))

@@ -19,7 +19,7 @@ from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_curves, plot_plane
-from vibroimpact.results.files import NETCDF, load
+from vibroimpact.results.files import NETCDF, read
 from vibroimpact.sweeps.execution.store import read_store
 
 EXAMPLE = (
@@ -114,7 +114,7 @@ def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callabl
     if (path := arguments.behind) is None:
         return None
     path = path_of("behind", path)
-    data = load(path) if path.suffix.lower() == NETCDF else read_store("behind", path)
+    data = read("behind", path) if path.suffix.lower() == NETCDF else read_store("behind", path)
     check_kind("behind", data, xr.Dataset, "a plane, as vibroimpact plane writes")
     if [*names] != [name for name in data.dims if name in names]:
         raise InvalidParameterError(

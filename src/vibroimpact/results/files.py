@@ -103,10 +103,15 @@ def load(path: str | os.PathLike[str], system: Any = None, *, damaged: bool = Fa
         No such file, no result in it or one of another format; a file that is not as it was written; no system where
         one is needed, or another one.
     """
-    target = path_of("path", path)
     check_flag("damaged", damaged)
-    content = read_bytes("path", target, memory_of_machine(), ADVICE)
-    return result_of(_dataset_in(target, netcdf_in(target, content, damaged=damaged)), system)
+    return read("path", path_of("path", path), system, damaged=damaged)
+
+
+def read(name: str, path: Path, system: Any = None, *, damaged: bool = False) -> Any:
+    """Read a result as :func:`load` does; errors begin with ``name``."""
+    where = f"{name} = {path}"
+    content = read_bytes(name, path, memory_of_machine(), ADVICE)
+    return result_of(_dataset_in(where, netcdf_in(where, content, damaged=damaged)), system)
 
 
 def dataset_of(result: Any) -> xr.Dataset:
@@ -187,7 +192,7 @@ def content_of(result: Any, suffix: str) -> bytes:
     return str(table.to_csv(index=False)).encode()
 
 
-def netcdf_in(path: Path, content: bytes, *, damaged: bool) -> bytes:
+def netcdf_in(where: str, content: bytes, *, damaged: bool) -> bytes:
     """The netCDF of a file, if it is what was written (1)."""
     end = len(content) - len(SEAL) - DIGEST_CHARACTERS
     netcdf, seal = content[: max(end, 0)], content[max(end, 0) :]
@@ -196,16 +201,16 @@ def netcdf_in(path: Path, content: bytes, *, damaged: bool) -> bytes:
     if damaged:
         return netcdf if seal.startswith(SEAL) else content
     if not content.startswith(MAGIC):
-        raise InvalidParameterError(f"path = {path}: cannot be read (no netCDF file). {ADVICE}")
+        raise InvalidParameterError(f"{where}: cannot be read (no netCDF file). {ADVICE}")
     what = (
         "its digest is not that of its content" if seal.startswith(SEAL) else "its end is missing"
     )
     raise InvalidParameterError(
-        f"path = {path}: is damaged, or was changed by another program ({what}). {DAMAGED}"
+        f"{where}: is damaged, or was changed by another program ({what}). {DAMAGED}"
     )
 
 
-def _dataset_in(path: Path, netcdf: bytes) -> xr.Dataset:
+def _dataset_in(where: str, netcdf: bytes) -> xr.Dataset:
     """Dataset of a netCDF file, with the numbers that are stored (3)."""
     import h5py
     import xarray as xr
@@ -223,7 +228,7 @@ def _dataset_in(path: Path, netcdf: bytes) -> xr.Dataset:
             return opened.load()
     except Exception as error:
         raise InvalidParameterError(
-            f"path = {path}: cannot be read ({_short(error)}). {ADVICE}"
+            f"{where}: cannot be read ({_short(error)}). {ADVICE}"
         ) from error
 
 

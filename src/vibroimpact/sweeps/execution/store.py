@@ -34,6 +34,7 @@ from vibroimpact._core.errors import (
     warn,
 )
 from vibroimpact._core.files import draft_folder
+from vibroimpact._core.texts import json_of
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
@@ -279,7 +280,7 @@ def _specification_in(path: Path) -> SweepSpec:
         group = _zarr().open_group(path, mode="r")
         _check_attributes(dict(group.attrs))
         text = group.attrs[SPECIFICATION_ATTRIBUTE]
-        names = json.loads(text)["axes"]
+        names = json_of("specification", text)["axes"]
         return SweepSpec(text, tuple((name, tuple(group[name][:].tolist())) for name in names))
 
 
