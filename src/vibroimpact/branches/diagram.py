@@ -82,7 +82,7 @@ class Reached(NamedTuple):
     how: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Diagram(Result):
     """Branches reachable from an orbit.
 

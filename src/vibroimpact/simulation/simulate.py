@@ -122,7 +122,7 @@ _SENTENCES = {
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run(Result):
     """A simulated motion: arrays with one entry per event, read-only.
 
