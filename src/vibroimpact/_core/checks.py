@@ -5,13 +5,15 @@ An error message reads ``name = value: must be ... What to do.``; a long value i
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import functools
 import inspect
 import math
 import os
 import reprlib
-from collections.abc import Callable, Collection, Sequence
+import resource
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -159,18 +161,45 @@ def check_index(name: str, value: object, size: int) -> None:
 
 
 def check_memory(name: str, value: int, size: int, advice: str) -> None:
-    """Refuse a count of items of ``size`` bytes each that exceeds the memory of this machine."""
-    if value * size > memory_of_machine():
+    """Refuse a count of items of ``size`` bytes each that exceeds the memory that there is here."""
+    if value * size > memory_here():
         raise InvalidParameterError(
-            f"{name} = {shown(value)}: needs {value * size / 1e9:.3g} GB, more than this machine's "
-            f"memory. {advice}"
+            f"{name} = {shown(value)}: needs {value * size / 1e9:.3g} GB, more than the memory here. {advice}"
         )
 
 
+def memory_here() -> int:
+    """Bytes of memory that this process may have: of the machine, of its control group, of ulimit -v."""
+    least = _memory_of_machine()
+    limit, pages = resource.getrlimit(resource.RLIMIT_AS)[0], Path("/proc/self/statm")
+    if limit != resource.RLIM_INFINITY:
+        taken = (
+            int(pages.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
+        )
+        least = min(least, max(limit - taken, 0))
+    return least
+
+
 @functools.cache
-def memory_of_machine() -> int:
-    """Bytes of memory of this machine, used or free."""
-    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+def _memory_of_machine() -> int:
+    """Bytes of memory of this machine, or of the control group in which this process is, used or free."""
+    least = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    for limit in _limits_of_groups():
+        with contextlib.suppress(OSError, ValueError):  # none there, or "max"
+            least = min(least, int(limit.read_text()))
+    return least
+
+
+def _limits_of_groups() -> Iterator[Path]:
+    """Files with the limits of the control groups in which this process is, of both kinds that Linux has."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/self/cgroup").read_text().splitlines():
+            _, kind, group = line.split(":", 2)
+            place = Path("/sys/fs/cgroup", "memory" if kind else "", group.lstrip("/"))
+            if kind and "memory" not in kind.split(","):
+                continue
+            for one in (place, *place.parents):
+                yield one / ("memory.limit_in_bytes" if kind else "memory.max")
 
 
 def ends_of(name: str, value: Any) -> tuple[float, float]:

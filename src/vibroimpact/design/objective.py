@@ -27,6 +27,7 @@ from vibroimpact._core.checks import (
     check_choice,
     check_count,
     check_kind,
+    check_memory,
     ends_of,
     nonnegative,
     positive,
@@ -55,6 +56,7 @@ Aim = Literal["small", "large"]
 Kind = Literal["worst", "mean"]
 Spread = Mapping[str, float | tuple[float, float]]
 
+BYTES_PER_MEMBER = 2**8  # of a member: start, parameters, what is observed
 LINEAR_VALUES = 101  # the machine without impacts is measured at so many values of the band
 # A ratio of powers has ten times its logarithm, one of all other quantities twenty times.
 DECIBELS_OF_RATIO = {"power": 10.0}
@@ -211,6 +213,7 @@ def _objective(
     check_choice("aim", aim, ["small", "large"])
     check_count("points", points, 2)
     check_count("starts", starts, 1)
+    check_memory("points", points, int(starts) * BYTES_PER_MEMBER, "Take fewer, or fewer starts.")
     check_count("seed", seed, 0, LARGEST_SEED)
     return Objective(
         kind, parameter, ends_of("band", band), measure, int(points), int(starts), int(seed),
@@ -414,8 +417,9 @@ class Judge:
         return with_parameters(self.system, dict(zip(self.names, row.tolist(), strict=True)))
 
     def finer(self, times: int, *, seed: int = 0) -> Judge:
-        """Return a judge with ``times`` as many steps over the band and starts; seed 0 keeps its own."""
+        """Return a judge with ``refine`` times as many steps over the band and starts; seed 0 keeps its own."""
         o = self.objective
+        check_memory("refine", times, times * o.points * o.starts * BYTES_PER_MEMBER, "Take less.")
         finer = replace(
             o, points=times * (o.points - 1) + 1, starts=times * o.starts, seed=seed or o.seed
         )

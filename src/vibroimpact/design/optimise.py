@@ -329,7 +329,7 @@ def optimise(
         that it does not have; an objective that is the same for all machines; constraints that no
         machine satisfies; a store of another search.
     KeyboardInterrupt
-        Before the first generation is complete.
+        Before the first machines are judged.
 
     Notes
     -----
@@ -370,8 +370,8 @@ def optimise(
             if refine:
                 why += _refined(search, budget)
         except KeyboardInterrupt:
-            if not search.worth:
-                raise
+            if not search.evaluated:
+                raise KeyboardInterrupt("interrupted; no machine was judged yet.") from None
             interrupted, why = True, "interrupted; the best machine until then is kept"
     search.over()
     row = search.best

@@ -24,7 +24,7 @@ import numpy as np
 
 from vibroimpact._core.checks import (
     check_flag,
-    memory_of_machine,
+    memory_here,
     path_of,
     refusal,
     shortened,
@@ -110,7 +110,7 @@ def load(path: str | os.PathLike[str], system: Any = None, *, damaged: bool = Fa
 def read(name: str, path: Path, system: Any = None, *, damaged: bool = False) -> Any:
     """Read a result as :func:`load` does; errors begin with ``name``."""
     where = f"{name} = {path}"
-    content = read_bytes(name, path, memory_of_machine(), ADVICE)
+    content = read_bytes(name, path, memory_here(), ADVICE)
     return result_of(_dataset_in(where, netcdf_in(where, content, damaged=damaged)), system)
 
 

@@ -17,7 +17,7 @@ from vibroimpact._core.checks import (
     LARGEST_COUNT,
     check_count,
     check_progress,
-    memory_of_machine,
+    memory_here,
     nonnegative,
     path_of,
     positive,
@@ -308,10 +308,10 @@ class Memory:
 
     def __init__(self, schema: Schema, sizes: tuple[int, ...]) -> None:
         size = math.prod(schema.grid.values()) * schema.member_bytes
-        if size > memory_of_machine():
+        if size > memory_here():
             raise InvalidParameterError(
-                f"over, start, observe: results of {size / 1e9:.3g} GB, more than this machine's "
-                "memory. Give store=..., a folder to keep them in, or fewer values."
+                f"over, start, observe: results of {size / 1e9:.3g} GB, more than the memory "
+                "here. Give store=..., a folder to keep them in, or fewer values."
             )
         self.schema, self.arrays = schema, schema.empty()
         self.missing = list(tiles_of(tuple(schema.grid.values()), sizes))
