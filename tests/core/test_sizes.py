@@ -19,7 +19,7 @@ FEW = vi.worst_over("omega", (0.9, 1.0), points=2, starts=1, settle_periods=1, p
 MILLION = np.linspace(1.0, 2.0, 10**6)
 
 CALLS: dict[str, tuple[Callable[[], Any], str]] = {
-    "response": (lambda: vi.frequency_response(DAMPER, "omega", (0.9, 1.0), number=HUGE), "number = "),
+    "response": (lambda: vi.frequency_response(DAMPER, "omega", (0.9, 1.0), points=HUGE), "points = "),
     "objective": (lambda: vi.worst_over("omega", (0.9, 1.0), points=HUGE), "points = "),
     "refine": (
         lambda: vi.optimise(DAMPER, {"zeta": (0.01, 0.1)}, FEW, refine=HUGE, progress=False), "refine = ",
