@@ -15,12 +15,12 @@ import vibroimpact as vi
 
 HUGE = 10**12
 DAMPER = paper_damper("A", 1.0)
-FEW = vi.worst_over("omega", (0.9, 1.0), points=2, starts=1, settle_periods=1, periods=1)
+FEW = vi.Objective("omega", (0.9, 1.0), points=2, starts=1, settle_periods=1, periods=1)
 MILLION = np.linspace(1.0, 2.0, 10**6)
 
 CALLS: dict[str, tuple[Callable[[], Any], str]] = {
     "response": (lambda: vi.frequency_response(DAMPER, "omega", (0.9, 1.0), points=HUGE), "points = "),
-    "objective": (lambda: vi.worst_over("omega", (0.9, 1.0), points=HUGE), "points = "),
+    "objective": (lambda: vi.Objective("omega", (0.9, 1.0), points=HUGE), "points = "),
     "refine": (
         lambda: vi.optimise(DAMPER, {"zeta": (0.01, 0.1)}, FEW, refine=HUGE, progress=False), "refine = ",
     ),

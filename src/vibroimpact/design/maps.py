@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_memory, check_progress, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
@@ -20,9 +21,6 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
 from vibroimpact.sweeps.axes import parameter_axes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BYTES_PER_MACHINE = 2**8  # parameters, value, reduction
 BATCH_MACHINES = 64  # so many machines are simulated together
@@ -90,8 +88,6 @@ class DesignMap(Result):
             value, reduction_db and within_1db over both parameters; and best_<second parameter> over
             the first.
         """
-        import xarray as xr
-
         units = units_of(self.system)
         first, second = self.axes
         attrs = {name: units.attrs(units.quantity_of(name)) for name in self.axes}
@@ -128,7 +124,7 @@ def design_map(
     over
         Values of two parameters by name, rising.
     objective
-        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+        An :class:`~vibroimpact.Objective`.
     workers
         Threads; by default one per core.
     progress
@@ -148,7 +144,7 @@ def design_map(
 
     Notes
     -----
-    Cost: that of :func:`~vibroimpact.worst_over` for each machine.
+    Cost: that of :class:`~vibroimpact.Objective` for each machine.
 
     Examples
     --------
@@ -156,7 +152,7 @@ def design_map(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> found = vi.design_map(damper, {"mass_ratio": [0.05, 0.1], "half_clearance": [5, 10, 20]},
-    ...                       vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2),
+    ...                       vi.Objective("omega", (0.9, 1.1), "x1", points=5, starts=2),
     ...                       progress=False)
     >>> found.reduction_db.shape
     (2, 3)

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -32,11 +32,9 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import check_target, read_bytes, write_files
+from vibroimpact._core.lazy import xr
 from vibroimpact.results.result import Result, dataframe_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NETCDF, CSV = ".nc", ".csv"
 SUFFIXES = (NETCDF, CSV)
@@ -116,8 +114,6 @@ def read(name: str, path: Path, system: Any = None, *, damaged: bool = False) ->
 
 def dataset_of(result: Any) -> xr.Dataset:
     """Dataset of a result with all that :func:`result_of` needs."""
-    import xarray as xr
-
     if isinstance(result, xr.Dataset):
         return result.assign_attrs(format=FORMAT)
     named = result.to_dataset() if isinstance(result, Result) else xr.Dataset()
@@ -213,7 +209,6 @@ def netcdf_in(where: str, content: bytes, *, damaged: bool) -> bytes:
 def _dataset_in(where: str, netcdf: bytes) -> xr.Dataset:
     """Dataset of a netCDF file, with the numbers that are stored (3)."""
     import h5py
-    import xarray as xr
 
     plain: dict[str, Any] = {
         "mask_and_scale": False,
