@@ -21,6 +21,8 @@ from vibroimpact._core.errors import InvalidParameterError, VibroImpactError, pr
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 PIPE_CLOSED = 141  # as of a program that the signal of a broken pipe ends
 COMMANDS = {  # a file of this folder each
+    "machines": "list the machines of the catalogue, with a gallery of their pictures",
+    "show": "show a machine: equations, parameters, units, defaults, source, and what to try",
     "reproduce": "redo every figure and number of a publication, with a verdict on each",
     "simulate": "simulate a motion and record every impact",
     "orbit": "find the symmetric 1-1-1 orbits of an impact damper, with multipliers and stability",
@@ -178,7 +180,7 @@ class _Command(argparse.ArgumentParser):
     def _complete(self, words: Sequence[str]) -> None:
         if self.epilog:
             return
-        from vibroimpact.cli.machines import machine_in_words  # loads numpy
+        from vibroimpact.cli.machine_words import machine_in_words  # loads numpy
 
         module = module_of((self.prog or "").split()[-1])
         self.epilog = f"example:\n{module.EXAMPLE}"
