@@ -309,7 +309,7 @@ def optimise(
         that it does not have; an objective that is the same for all machines; constraints that no
         machine satisfies; a store of another search.
     KeyboardInterrupt
-        Ctrl-C before the first generation is complete.
+        Ctrl-C before the first machines are judged.
 
     Notes
     -----
@@ -337,7 +337,9 @@ def optimise(
     check_count("refine", refine, 0)
     check_progress(progress)
     judges = judge, judge.finer(max(refine, 1))
-    search = Search(judges, variables, constraints_of(constraints), store, seed=seed)
+    search = Search(judges, variables, constraints_of(constraints), seed=seed)
+    if store is not None:
+        search.open(store)
     interrupted = False
     with Reporter(progress, "optimise") as report:
         search.report = lambda machines, best: report.say(
@@ -348,8 +350,8 @@ def optimise(
             if refine:
                 why += _refined(search, budget)
         except KeyboardInterrupt:
-            if not search.worth:
-                raise
+            if not search.evaluated:
+                raise KeyboardInterrupt("interrupted; no machine was judged yet.") from None
             interrupted, why = True, "interrupted; the best machine until then is kept"
     search.over()
     row = search.best
