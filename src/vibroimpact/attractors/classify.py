@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count
+from vibroimpact._core.checks import check_count, names_arguments
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.orbit_type import (
     OrbitType,
@@ -174,6 +174,7 @@ class Attractor(Result):
         return before[-1] if before else ""
 
 
+@names_arguments()
 def classify(
     system: System,
     state: State,

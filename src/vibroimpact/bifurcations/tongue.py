@@ -22,7 +22,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
@@ -252,6 +251,8 @@ def _slice(
 
 def _first_at(side: BifurcationCurve, tip: BifurcationPoint, second: float) -> float:
     """First parameter of a side where the second has a value, next to the tip."""
+    from scipy.interpolate import CubicHermiteSpline
+
     values = side.values
     off = values[:, 1] - second
     at = np.flatnonzero(off[:-1] * off[1:] <= 0.0)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import check_index
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.types import Complexes, Flags, Floats, Integers
 from vibroimpact.branches.family import OrbitFamily
@@ -115,7 +115,7 @@ class Branch(Result):
 # ---- points and special points in order ------------------------------------------------------------
 
 
-class Stability(IntEnum):
+class Stability(NamedCode):
     """Stability of the orbits of a part of a branch, from stable to inadmissible."""
 
     STABLE = 0

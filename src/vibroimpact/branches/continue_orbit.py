@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact._core.checks import check_flag, range_of, vector
+from vibroimpact._core.checks import check_flag, names_arguments, range_of, vector
 from vibroimpact._core.labels import numbered
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
@@ -31,6 +31,7 @@ SAME_ARCLENGTH = 1e-6  # functions that vanish at points so near, in scaled arcl
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
+@names_arguments()
 def continue_orbit(
     orbit: Orbit,
     parameter: str,

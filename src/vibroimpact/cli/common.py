@@ -25,7 +25,7 @@ from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
-from vibroimpact.plotting.style import PICTURES
+from vibroimpact.results.files import PICTURES
 from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 from vibroimpact.sweeps.axes import corners
@@ -144,6 +144,22 @@ def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]
     """Options that the user gave; the others have the defaults of the function."""
     values = {name: getattr(arguments, name, None) for name in names}
     return {name: value for name, value in values.items() if value is not None}
+
+
+COORDINATES = "x1, x2, ..., v1, v2, ... just after the impact, phase of the force"
+
+
+def add_axes(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the axes of a picture of a section."""
+    for name, default in (("--x", "x1"), ("--y", "v1")):
+        parser.add_argument(name, help=f"coordinate to draw: {COORDINATES} (default: {default})")
+
+
+def add_title(parser: argparse._ActionsContainer) -> None:
+    """Add the option for the title of a report."""
+    parser.add_argument(
+        "--title", help="heading of the report; by default what is measured, and of what machine"
+    )
 
 
 # ---- NAME=... ------------------------------------------------------------------------------------

@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
-
-import xarray as xr
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING
 
 from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.errors import InvalidParameterError
@@ -18,7 +16,9 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import add_branch, branches_of
 from vibroimpact.cli.output import Done
-from vibroimpact.plotting import plot_curves, plot_plane
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact curve impact-damper/A --range 0.9 1.0 --at NS1 --over omega=0.7:1.2 "
@@ -79,8 +79,14 @@ def run(arguments: argparse.Namespace) -> Done:
     return Done(
         [system, *curves],
         curves[-1],
-        lambda: plot_curves(curves, ax=behind and behind()),
+        lambda: _picture(curves, behind),
     )
+
+
+def _picture(curves: Sequence[BifurcationCurve], behind: Callable[[], Axes] | None) -> Axes:
+    from vibroimpact.plotting import plot_curves
+
+    return plot_curves(curves, ax=behind and behind())
 
 
 def _bounds(arguments: argparse.Namespace) -> Bounds:
@@ -109,6 +115,8 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
 
 def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callable[[], Axes] | None:
     """Function that draws the plane of motions of --behind, a file or a store; None without one."""
+    import xarray as xr
+
     if (path := arguments.behind) is None:
         return None
     path_of("behind", path)
@@ -122,4 +130,10 @@ def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callabl
             f"behind = {path}: holds {', '.join(map(str, data.dims))}; need a plane of {' and '.join(names)}, in "
             "this order."
         )
-    return lambda: plot_plane(data)
+
+    def draw() -> Axes:
+        from vibroimpact.plotting import plot_plane
+
+        return plot_plane(data)
+
+    return draw

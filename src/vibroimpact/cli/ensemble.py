@@ -6,11 +6,9 @@ import argparse
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
@@ -20,7 +18,6 @@ from vibroimpact.cli.output import Done, rehearse_picture
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.state import State, names_of_state
-from vibroimpact.plotting import plot_along, plot_plane
 from vibroimpact.sweeps.analyses.motion_codes import flags
 from vibroimpact.sweeps.execution.store import store_path
 from vibroimpact.sweeps.observers.observer import Observer
@@ -28,6 +25,10 @@ from vibroimpact.sweeps.observers.selection import observer_of
 from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 WINDOW = ("settle_periods", "periods", "most_impacts")
 HOW = ("store", "backend", "workers", "client", "tile")
@@ -153,6 +154,8 @@ def computed(
 
 def picture_over(arguments: argparse.Namespace) -> Callable[..., Axes]:
     """Function that draws a number of each member over one parameter, or over two."""
+    from vibroimpact.plotting import plot_along, plot_plane
+
     if len(arguments.over) > 2:
         raise InvalidParameterError(
             f"over = {', '.join(arguments.over)}: a picture has one or two parameters. Of more, keep "

@@ -12,9 +12,10 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
+from vibroimpact._core.words import OF_ARGUMENTS, OF_COMMANDS, meant
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 COMMANDS = {  # a file of this folder each
@@ -88,7 +89,7 @@ def _done(arguments: argparse.Namespace) -> str:
 
 def parser() -> argparse.ArgumentParser:
     """Parser of the whole command line; a command is imported when it is parsed."""
-    top = argparse.ArgumentParser(
+    top = _Top(
         prog="vibroimpact",
         description="Exact simulation and analysis of vibro-impact mechanisms.",
         epilog="exit status: 0 done, 1 numerical failure, 2 misuse, 130 interrupted",
@@ -112,20 +113,52 @@ def module_of(command: str) -> Any:
     return import_module(f"vibroimpact.cli.{command.replace('-', '_')}")
 
 
-class _Command(argparse.ArgumentParser):
+class _Parser(argparse.ArgumentParser):
+    """Parser that ends with one line where an argument is wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line."""
+        self.exit(_report(message, MISUSE))
+
+
+class _Top(_Parser):
+    """Parser of the command."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse; a word that is no command is refused."""
+        words = list(args or ())
+        if words and not words[0].startswith("-") and words[0] not in COMMANDS:
+            near = meant(words[0], COMMANDS, OF_COMMANDS)
+            self.error(f"{words[0]}: is no command.{near} {self.prog} --help lists them.")
+        return super().parse_known_args(words, namespace)
+
+
+class _Command(_Parser):
     """Parser of a command, with options that depend on the machine."""
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse with the options of the machine; unknown words are returned."""
+        """Parse with the options of the machine; unknown options are refused."""
         words = list(args or ())
         self._complete(words)
-        found, extra = super().parse_known_args(words, namespace)
-        check = self.get_default("check")
-        if extra and check and found.case == words[0]:
-            check(found)  # an unknown machine is reported before its options, which are unknown too
-        return found, extra
+        self._check_options(words)
+        return super().parse_known_args(words, namespace)
+
+    def _check_options(self, words: Sequence[str]) -> None:
+        """Refuse an option that is not known, before those that are missing and after a machine that is not known."""
+        known = [one for one in self._option_string_actions if one.startswith("--")]
+        given = [word.partition("=")[0] for word in words if word.startswith("--")]
+        unknown = next((one for one in given if one not in known), None)
+        if unknown is None:
+            return
+        if (check := self.get_default("check")) and not words[0].startswith("-"):
+            check(argparse.Namespace(case=words[0], machine=self.get_default("machine")))
+        same = {_option(one): tuple(map(_option, names)) for one, names in OF_ARGUMENTS.items()}
+        near = meant(unknown, known, same)
+        self.error(f"{unknown}: is no option of {self.prog}.{near} {self.prog} --help lists them.")
 
     def _complete(self, words: Sequence[str]) -> None:
         if self.epilog:
@@ -137,6 +170,11 @@ class _Command(argparse.ArgumentParser):
         self._negative_number_matcher = NEGATIVE_NUMBER
         self.set_defaults(run=module.run, machine=machine_in_words(words), out=[])
         module.add_options(self)
+
+
+def _option(name: str) -> str:
+    """Name of an option from that of a parameter."""
+    return "--" + name.replace("_", "-")
 
 
 class _Version(argparse.Action):

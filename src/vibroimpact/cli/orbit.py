@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact import _kernel
 from vibroimpact._core.checks import shown
@@ -16,7 +16,10 @@ from vibroimpact.cli.output import Done
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import symmetric_orbits
-from vibroimpact.plotting import plot_multipliers
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 SIGNS = (1, -1)  # in (14) of the paper, in the order of symmetric_orbits
 EXAMPLE = "  vibroimpact orbit impact-damper/A --omega 1.2 --out multipliers.svg"
@@ -42,8 +45,14 @@ def run(arguments: argparse.Namespace) -> Done:
     return Done(
         [damper, *map(_described, SIGNS, orbits)],
         _dataset(damper, orbits),
-        lambda: plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits))),
+        lambda: _picture(orbits),
     )
+
+
+def _picture(orbits: Sequence[Orbit]) -> Axes:
+    from vibroimpact.plotting import plot_multipliers
+
+    return plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits)))
 
 
 def _name(sign: int, orbit: Orbit) -> str:
@@ -61,6 +70,8 @@ def _described(sign: int, orbit: Orbit) -> str:
 
 
 def _dataset(damper: ImpactDamper, orbits: Sequence[Orbit]) -> xr.Dataset:
+    import xarray as xr
+
     nu = np.array([o.half_multipliers for o in orbits], dtype=complex)
     several, place = ("orbit", "multiplier"), ("orbit", "coordinate")
     return xr.Dataset(

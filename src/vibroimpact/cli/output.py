@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import matplotlib.pyplot as plt
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibroimpact._core.files import replacing
-from vibroimpact.plotting import save
-from vibroimpact.plotting.report import PAGES
-from vibroimpact.plotting.style import PICTURES
+from vibroimpact.results.files import PAGES, PICTURES
 from vibroimpact.results.files import write as write_data
 
-Picture = Callable[[], Axes]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Picture = Callable[[], "Axes"]
 
 
 class Done(NamedTuple):
@@ -41,7 +39,6 @@ class Done(NamedTuple):
 def write(paths: Sequence[Path], done: Done) -> list[Path]:
     """Write files by their suffixes, all of them or none, and return their names."""
     files = [pair for path in paths for pair in _files(path, done)]
-    plt.switch_backend("agg")  # a file needs no window and no display
     with ExitStack() as stack:
         for path, put in files:
             put(stack.enter_context(replacing(path)))
@@ -64,6 +61,8 @@ def _files(path: Path, done: Done) -> Iterator[tuple[Path, Callable[[Path], obje
 
 
 def _draw(picture: Picture, path: Path) -> None:
+    from vibroimpact.plotting import save
+
     with _drawn(picture) as ax:
         save(ax, path)
 
@@ -71,13 +70,16 @@ def _draw(picture: Picture, path: Path) -> None:
 def rehearse_picture(paths: Sequence[Path], picture: Picture) -> None:
     """Make a picture if a file wants one, and drop it: an error comes before the long work."""
     if any(path.suffix.lower() in PICTURES for path in paths):
-        plt.switch_backend("agg")
         with _drawn(picture):
             pass
 
 
 @contextmanager
 def _drawn(picture: Picture) -> Iterator[Axes]:
+    """Axes of a picture, which is dropped afterwards; a file needs no window and no display."""
+    import matplotlib.pyplot as plt
+
+    plt.switch_backend("agg")
     ax = picture()
     try:
         yield ax

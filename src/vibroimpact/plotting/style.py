@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibroimpact._core.checks import check_kind, check_target, path_of
+from vibroimpact.results.files import PICTURES
 
 # Okabe and Ito's palette (https://jfly.uni-koeln.de/color/)
 BLACK = "#000000"
@@ -33,7 +34,6 @@ GREY = "#8C8C8C"  # guide lines
 SILVER = "#C4C4C4"  # areas: everything else
 NOTHING = "#E9E9E9"  # areas without a number
 
-PICTURES = (".svg", ".png", ".pdf")
 UNDATED: Any = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # metadata by suffix
 
 WIDTH = 3.4  # inches: one column of a journal

@@ -26,6 +26,7 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
+    names_arguments,
     nonnegative,
     positive,
     real,
@@ -354,6 +355,7 @@ def _same(known: Answer, simulated: Answer, size: float) -> bool:
     return known.stable and abs(known.value - simulated.value) < near
 
 
+@names_arguments()
 @interruptible("nothing is kept")
 def frequency_response(
     system: System,

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 NETCDF, CSV = ".nc", ".csv"
 SUFFIXES = (NETCDF, CSV)
+PICTURES = (".svg", ".png", ".pdf")  # suffixes of files that plotting writes
+PAGES = (".html",)
 FORMAT = "vibroimpact result 1"
 STORED = "stored_"  # begins names of variables that are not for reading
 TEXT = STORED + "text"

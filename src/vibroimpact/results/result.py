@@ -13,6 +13,7 @@ import numpy as np
 
 from vibroimpact import _kernel
 from vibroimpact._core.types import Complexes
+from vibroimpact._core.words import missing_attribute
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -50,6 +51,12 @@ class Result:
     """
 
     __slots__ = ()
+
+    def __getattr__(self, name: str) -> Any:
+        """Say which attribute is meant by one that is not there."""
+        if name.startswith("_") or hasattr(type(self), name):
+            return object.__getattribute__(self, name)  # raises what it raised
+        raise missing_attribute(self, name, [one for one in dir(self) if not one.startswith("_")])
 
     def plot(self, *shown: Any, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the result.

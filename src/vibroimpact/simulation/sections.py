@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count, check_memory
+from vibroimpact._core.checks import check_count, check_memory, names_arguments
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.state import State
@@ -179,6 +179,7 @@ def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:
     return np.column_stack([position, velocity, np.cos(phase), np.sin(phase)])
 
 
+@names_arguments()
 def section(
     system: System,
     state: State,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -16,10 +15,12 @@ from vibroimpact._core.checks import (
     check_kind,
     check_memory,
     memory_of_machine,
+    names_arguments,
     numbers,
     real_or_infinite,
     refusal,
 )
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected
 from vibroimpact._core.types import Codes, Floats
@@ -48,7 +49,7 @@ LONG_STEPS = 100_000  # without forcing it is asked after so many steps of the m
 EVENTS_PER_IMPACT = 64  # a machine with elements has so many events per impact at most
 
 
-class Status(IntEnum):
+class Status(NamedCode):
     """Kinds of events of a run.
 
     ENGAGE, CHANGE and NON_UNIQUE are those of soft stops and friction: ``run.contact`` has the number
@@ -73,7 +74,7 @@ class Status(IntEnum):
 COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER, Status.ENGAGE)  # as impacts
 
 
-class RunEnd(IntEnum):
+class RunEnd(NamedCode):
     """Reason for the end of a run."""
 
     IMPACTS = 0
@@ -458,6 +459,7 @@ def record_bytes(m: Mechanism) -> int:
     return 2 * 8 * (6 * m.degrees + len(m.forces) + 8)
 
 
+@names_arguments()
 def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float = math.inf) -> Run:
     """Simulate until a number of impacts or a time is reached.
 

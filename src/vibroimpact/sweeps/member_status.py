@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
-
+from vibroimpact._core.codes import NamedCode
 from vibroimpact.simulation.simulate import RunEnd
 
 NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store yet
 
 
-class MemberStatus(IntEnum):
+class MemberStatus(NamedCode):
     """Reason for the end of a member's run; ``sentence`` gives it in words."""
 
     OK = 0

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact._core.checks import check_kind, shown
 from vibroimpact._core.errors import InvalidParameterError
@@ -27,6 +26,9 @@ from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.options import LOST, check_options
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @interruptible(LOST)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
@@ -19,6 +18,9 @@ from vibroimpact.sweeps.observers.selection import variables_of
 from vibroimpact.sweeps.options import call_of
 from vibroimpact.sweeps.plan import Plan
 from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Coordinate = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dims, values, attributes
 
@@ -68,6 +70,8 @@ class Schema(NamedTuple):
 
     def dataset(self, arrays: Arrays) -> xr.Dataset:
         """Dataset with these results."""
+        import xarray as xr
+
         data = {
             name: (self.dims(name), arrays[name], v.attrs) for name, v in self.variables.items()
         }

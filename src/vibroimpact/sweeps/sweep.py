@@ -7,10 +7,9 @@ import os
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import (
@@ -18,6 +17,7 @@ from vibroimpact._core.checks import (
     check_count,
     check_progress,
     memory_of_machine,
+    names_arguments,
     nonnegative,
     positive,
     refusal,
@@ -49,6 +49,9 @@ from vibroimpact.sweeps.schema import Schema, schema_of
 from vibroimpact.sweeps.specification import SweepSpec, specification_of
 from vibroimpact.sweeps.starts import Start, Starts, starts_of
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
 # down to rounding, log(eps) / log(restitution) impacts, and so many more; stops with a greater
 # restitution count as this one.
@@ -59,6 +62,7 @@ LONGEST_PERIODS = 1e100  # times stay finite up to so many forcing periods
 EXAMINED_STARTS = 4096.0  # the default of most_impacts is found from so many starts
 
 
+@names_arguments()
 @interruptible("nothing new was computed")
 def sweep(
     system: System,

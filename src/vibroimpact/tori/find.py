@@ -12,6 +12,7 @@ from vibroimpact._core.checks import (
     check_count,
     check_flag,
     check_memory,
+    names_arguments,
     numbers,
     positive,
     real,
@@ -63,6 +64,7 @@ class CircleGuess(NamedTuple):
     rotation_number: float
 
 
+@names_arguments()
 def find_circle(
     subject: System | ExplicitMap,
     start: State | Section | BifurcationPoint | Circle | CircleGuess | Sequence[float],

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, share
@@ -34,6 +33,9 @@ from vibroimpact.sweeps.options import (
 from vibroimpact.sweeps.starts import GridStarts
 from vibroimpact.sweeps.states import States
 from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
 MATCHED_POINTS = 8  # the rule of matching.py needs so many points of each member

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_kind
@@ -35,6 +34,9 @@ from vibroimpact.sweeps.options import (
 )
 from vibroimpact.sweeps.starts import RandomStarts
 from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Way = Literal["up", "down", "both"]
 WAYS = ("up", "down", "both")
@@ -127,6 +129,8 @@ def _followed(
     system: System, name: str, way: Way, start: State, requested: dict[str, Any]
 ) -> xr.Dataset:
     """One sweep per direction, the second from the end of the first."""
+    import xarray as xr
+
     directions = ("up", "down") if way == "both" else (way,)
     if len(directions) > 1 and requested.get("store") is not None:
         raise InvalidParameterError(

@@ -19,10 +19,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from string import ascii_lowercase
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact._core.types import Floats, Integers, Rows
@@ -41,6 +40,9 @@ from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
 from vibroimpact.sweeps.states import States
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Words = NDArray[np.str_]
 
@@ -318,6 +320,8 @@ def _coded(
     labels: Labels, codes: xr.DataArray
 ) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...]]:
     """Sort the attractors by their numbers of members, and name them."""
+    import xarray as xr
+
     counts = np.bincount(labels.values[labels.values >= 0], minlength=len(labels.found))
     order = np.argsort(-counts, kind="stable")
     rank = np.empty(len(order) + 1, dtype=np.int64)

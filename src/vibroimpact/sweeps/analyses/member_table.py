@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact._core.types import Flags, Floats, Integers, Rows
@@ -20,10 +19,13 @@ from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, motions, symbol, symbols_of
 from vibroimpact.sweeps.states import States
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 Numbers = NDArray[Any]
 
 # Continues members, so many times as long; True: observed all the time.
-ExtendRun = Callable[[States, int, bool], xr.Dataset]
+ExtendRun = Callable[[States, int, bool], "xr.Dataset"]
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core.checks import check_kind, share, shown
@@ -45,6 +44,9 @@ from vibroimpact.sweeps.options import (
 )
 from vibroimpact.sweeps.starts import Many
 from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COUNTED_POINTS = 16  # so many points of each member are counted
 EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'
@@ -195,6 +197,8 @@ def _counted(
     system: System, members: xr.Dataset, over: list[str], at: AtStop | AtPhase, tolerance: float
 ) -> xr.DataArray:
     """Number of attractors at every point of the parameters."""
+    import xarray as xr
+
     codes = motions(members)
     shape = [members.sizes[name] for name in over]
 

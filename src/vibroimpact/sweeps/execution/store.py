@@ -19,10 +19,9 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact._core.checks import path_of, refusal
 from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError, StoreError
@@ -30,6 +29,9 @@ from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
 from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_SHOWN_DIFFERENCES = 6  # a message lists so many differences between two specifications at most
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
@@ -99,6 +101,8 @@ class Store:
 
     def dataset(self) -> xr.Dataset:
         """The results, read when they are wanted."""
+        import xarray as xr
+
         whole: xr.Dataset = xr.open_zarr(self.path, consolidated=False)
         return whole[list(self.schema.variables)]
 
