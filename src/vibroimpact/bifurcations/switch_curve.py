@@ -83,7 +83,7 @@ def switch_curve(
     bounds: Both | None = None,
     *,
     steps: Steps | None = None,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> tuple[BifurcationCurve | NoCurve, ...] | NoCurve:
     """Follow the curves of bifurcations that begin at a point of codimension two.
 

@@ -42,7 +42,7 @@ def continue_orbit(
     tangent: Floats | None = None,
     events: Mapping[str, Function] | None = None,
     stop_when: StopWhen | None = None,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> Branch:
     """Follow the branch of a periodic orbit in a parameter, with all its bifurcations.
 
@@ -73,7 +73,7 @@ def continue_orbit(
         ``branch.curve.ends``. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
         ``vi.stop.unstable(multipliers=...)``.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points.
 
     Returns

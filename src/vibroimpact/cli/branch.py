@@ -104,7 +104,7 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     case = common.case_of(arguments, {name: bounds}, "parameter")
     start, stop_when = orbit_of(arguments, case), arguments.stop_when
     low, high = range_of("range", bounds, name, parameter_value(case.system, name))
-    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when, progress=True)]
+    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
     common.check_interrupted(branches[0].curve)
     for label in arguments.switch:
         point = branches[-1][label]

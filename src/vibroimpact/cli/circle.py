@@ -61,7 +61,5 @@ def run(arguments: argparse.Namespace) -> Done:
     if not along:
         return Done(said, circle, lambda: circle.plot(**looks))
     ((parameter, bounds),) = along
-    family = continue_circle(
-        circle, parameter, bounds, progress=True, **common.given(arguments, LIMIT_ARGUMENTS)
-    )
+    family = continue_circle(circle, parameter, bounds, **common.given(arguments, LIMIT_ARGUMENTS))
     return Done([*said, family], family, family.plot)

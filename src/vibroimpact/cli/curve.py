@@ -107,7 +107,7 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
         if kind:
             check_choice("then", label, [p.label for p in curves[-1].special_points])
             point = curves[-1][label]
-        curve = continue_bifurcation(point, (first, second), (a, b), kind=kind, progress=True)
+        curve = continue_bifurcation(point, (first, second), (a, b), kind=kind)
         common.check_interrupted(curve)
         curves.append(curve)
     return curves

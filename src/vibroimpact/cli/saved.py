@@ -66,7 +66,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
 
 def followed(request: Request, follow: Callable[..., Found | NoCurve | NoTongue]) -> Found:
     """Curve that begins at the point; a failure with the reason where nothing does."""
-    found = follow(request.point, request.bounds, progress=True)
+    found = follow(request.point, request.bounds)
     if isinstance(found, NoCurve | NoTongue):
         raise common.Failure(f"{found!r}.")
     return found

@@ -310,7 +310,7 @@ def optimise(
     workers
         Threads; by default one per core.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every generation. A ``KeyboardInterrupt`` that it raises ends the search as Ctrl-C does.
     store
         A file, ``.nc``, in which every machine that was tried is kept after each generation. The

@@ -76,7 +76,7 @@ def find_orbits(
     impacts: int = 4,
     starts: int = 100,
     seed: int = 0,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> OrbitSearch:
     """Find periodic orbits with few impacts from random starts.
 
@@ -97,7 +97,7 @@ def find_orbits(
     seed
         Seed of the random numbers, >= 0: the same seed gives the same list.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every motion.
 
     Returns

@@ -415,7 +415,7 @@ def frequency_response(
     workers
         Threads of the simulation; by default one per core.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points of a branch, and before the sweep.
 
     Returns

@@ -121,7 +121,7 @@ def sweep(
         Number of members computed, and stored, together. By default about a second's work. The
         results do not depend on it.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every tile of members.
 
     Returns

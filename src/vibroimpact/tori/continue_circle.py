@@ -95,7 +95,7 @@ def continue_circle(
     points: int = 100,
     tolerance: float = TOLERANCE,
     most_nodes: int = MOST_NODES,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> CircleBranch:
     """Follow an invariant circle in a parameter, with its bifurcations and where it grazes.
 
@@ -116,7 +116,7 @@ def continue_circle(
     tolerance, most_nodes
         As of :func:`find_circle`.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every circle.
 
     Returns

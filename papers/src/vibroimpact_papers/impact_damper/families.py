@@ -93,7 +93,7 @@ def family_of(
     branch = continue_circle(
         start, "omega", (min(shown), max(shown)), points=plan.family_points,
         most_nodes=plan.family_nodes, first=plan.family_step, least=plan.family_step / 10.0,
-        largest=4.0 * plan.family_step,
+        largest=4.0 * plan.family_step, progress=False,
     )  # fmt: skip
     locked = {n: locked_at(chosen, results[n].omega) for n, c in found.items() if not c.converged}
     return Family(chosen.name, branch, found, {n: pq for n, pq in locked.items() if pq})
@@ -131,7 +131,7 @@ def circle_fold(chosen: ParameterSet, critical: float, side: int) -> Bifurcation
     reach = critical * BORN
     low, high = critical - 80.0 * reach, critical + 80.0 * reach
     orbit = orbit_at(chosen, high, chosen.parameters.half_clearance)
-    points = [p for p in continue_orbit(orbit, "omega", (low, high)).special_points
+    points = [p for p in continue_orbit(orbit, "omega", (low, high), progress=False).special_points
               if p.kind == "NS"]  # fmt: skip
     if not points:
         return None
@@ -140,7 +140,7 @@ def circle_fold(chosen: ParameterSet, critical: float, side: int) -> Bifurcation
         return None
     bounds = critical - 8.0 * reach, critical + 8.0 * reach
     family = continue_circle(circle, "omega", bounds, points=14, first=0.05, largest=0.15,
-                             most_nodes=101)  # fmt: skip
+                             most_nodes=101, progress=False)  # fmt: skip
     return next((e for e in family.special_points if e.kind == "SN"), None)
 
 
