@@ -307,7 +307,7 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", OMEGA, "--grid", "x1=0,0"], "grid = x1=0,0: must have each val"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:stop=A:stop=B"], "stop is given"),
         (["sweep", CASE, "--over", OMEGA, "--client", "tcp://node:1"], "is for backend = 'dask'"),
-        (["diagram", CASE, "--over", OMEGA, "--grid", "x1=0,1"], "unrecognized arguments: --grid"),
+        (["diagram", CASE, "--over", OMEGA, "--grid", "x1=0,1"], "--grid: is no option of vibroimpact diagram"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:end=B"], "'end' must be one of p"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "impacts:a=1"], "'a' must be left out"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),

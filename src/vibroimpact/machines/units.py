@@ -12,23 +12,9 @@ from dataclasses import fields, is_dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
+from vibroimpact._core.quantities import UNITS
 from vibroimpact.model.state import COORDINATE
 
-UNITS = {  # of quantities, in SI
-    "length": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s²",
-    "time": "s",
-    "frequency": "rad/s",
-    "rate": "1/s",
-    "force": "N",
-    "impulse": "N s",
-    "energy": "J",
-    "power": "W",
-    "mass": "kg",
-    "stiffness": "N/m",
-    "damping": "N s/m",
-}
 COORDINATES = {"x": "length", "v": "velocity"}
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 

@@ -26,6 +26,7 @@ from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop, place_i
 from vibroimpact.simulation.simulate import (
     GOES_ON,
     RunEnd,
+    Status,
     first_phases,
     phase_after,
     record_bytes,
@@ -73,13 +74,13 @@ class Section(Result):
 
     system: System
     at: At
-    position: Floats = field(metadata=along("point", "coordinate"))
-    velocity: Floats = field(metadata=along("point", "coordinate"))
-    phase: Floats = field(metadata=along("point"))
-    time: Floats = field(metadata=along("point"))
+    position: Floats = field(metadata=along("point", "coordinate", quantity="length"))
+    velocity: Floats = field(metadata=along("point", "coordinate", quantity="velocity"))
+    phase: Floats = field(metadata=along("point", units="rad"))
+    time: Floats = field(metadata=along("point", quantity="time"))
     end: RunEnd
     last: State = field(repr=False)
-    status: Codes | None = field(default=None, metadata=along("point"))
+    status: Codes | None = field(default=None, metadata=along("point", codes=Status))
     state: Codes | None = field(default=None, metadata=along("point"))
 
     def __len__(self) -> int:

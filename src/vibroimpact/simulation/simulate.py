@@ -154,16 +154,16 @@ class Run(Result):
 
     system: System
     start: State
-    time: Floats = field(metadata=along("event"))
-    status: Codes = field(metadata=along("event"))
+    time: Floats = field(metadata=along("event", quantity="time"))
+    status: Codes = field(metadata=along("event", codes=Status))
     contact: Codes = field(metadata=along("event"))
     side: Codes = field(metadata=along("event"))
-    position: Floats = field(metadata=along("event", "coordinate"))
-    velocity_before: Floats = field(metadata=along("event", "coordinate"))
-    velocity_after: Floats = field(metadata=along("event", "coordinate"))
-    phase: Floats = field(metadata=along("event"))
-    rate_before: Floats = field(metadata=along("event"))
-    rate_after: Floats = field(metadata=along("event"))
+    position: Floats = field(metadata=along("event", "coordinate", quantity="length"))
+    velocity_before: Floats = field(metadata=along("event", "coordinate", quantity="velocity"))
+    velocity_after: Floats = field(metadata=along("event", "coordinate", quantity="velocity"))
+    phase: Floats = field(metadata=along("event", units="rad"))
+    rate_before: Floats = field(metadata=along("event", quantity="velocity"))
+    rate_after: Floats = field(metadata=along("event", quantity="velocity"))
     end: RunEnd
     limit_side: Codes = field(metadata=along("event"), repr=False)
     _compiled: Compiled = field(repr=False)
@@ -309,7 +309,6 @@ class Run(Result):
         data = super().to_dataset().assign(state=(("event", "element"), self.states))
         return data.assign_coords(element=element_labels(m)).assign_attrs(
             impact_law=self.impact_law,
-            status_meaning=", ".join(f"{s.value} {s.name}" for s in Status),
             state_meaning="; ".join(
                 f"{kind.__name__}: {', '.join(f'{s.value} {s.name}' for s in kind)}"
                 for kind in kinds

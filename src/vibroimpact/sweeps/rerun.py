@@ -68,6 +68,8 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
     >>> vi.rerun_sweep(found, progress=False).identical(found)
     True
     """
+    import xarray as xr
+
     check_kind("found", found, xr.Dataset, "a Dataset, as vi.sweep gives")
     if system is not None:
         mechanism_of(system)

@@ -142,6 +142,8 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     name
         Name of the attractor, such as "1-1-1 a".
     """
+    import xarray as xr
+
     check_kind("basins", basins, xr.Dataset, "a Dataset, as vi.basins gives")
     if "name" not in basins or "attractor_position" not in basins:
         raise InvalidParameterError("basins: have no attractors. Compute them with vi.basins.")
