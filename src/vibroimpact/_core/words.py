@@ -42,6 +42,7 @@ OF_THE_PACKAGE = {
     "poincare": ("section", "impact_map", "stroboscopic_map"),
     "poincare_map": ("impact_map", "stroboscopic_map"),
     "poincare_section": ("section",),
+    "read_toml": ("load_machine",),
     "run": ("simulate",),
     "solve": ("simulate", "find_orbit"),
     "solve_ivp": ("simulate",),

@@ -20,7 +20,7 @@ from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.parameters import names_of, with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
@@ -306,11 +306,14 @@ def _changed(case: Case, parameters: dict[str, Any]) -> Case:
     if not parameters:
         return case
     if not isinstance(case.system, Machine):
-        raise InvalidParameterError(
-            f"{option(next(iter(parameters)))}: is not a parameter of a [mechanism]. Change the "
-            "file."
-        )
-    return replace(case, system=replace(cast(Any, case.system), **parameters))
+        known = names_of(case.system)
+        if unknown := [name for name in parameters if name not in known]:
+            raise InvalidParameterError(
+                f"{option(unknown[0])}: is not a parameter of a [mechanism]"
+                f"{', but ' + ', '.join(map(option, known)) + ' is' if known else ''}. Change the file."
+            )
+        return replace(case, system=case.system.replace(parameters))
+    return replace(case, system=case.system.replace(parameters))
 
 
 def _built(name: str, parameters: dict[str, Any]) -> Machine:

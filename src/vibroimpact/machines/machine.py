@@ -15,13 +15,14 @@ from __future__ import annotations
 
 from dataclasses import fields
 
+from vibroimpact.model.described import Described
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
 SI = "si"  # the field that is no parameter
 
 
-class Machine:
+class Machine(Described):
     """Base class of systems with a name."""
 
     __slots__ = ("__weakref__",)  # so that the mechanism is built once: model/system.py

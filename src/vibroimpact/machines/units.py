@@ -7,6 +7,7 @@ attribute ``quantity`` of a variable of a sweep names its quantity.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from types import MappingProxyType
@@ -16,6 +17,11 @@ from vibroimpact._core.quantities import UNITS
 from vibroimpact.model.state import COORDINATE
 
 COORDINATES = {"x": "length", "v": "velocity"}
+OF_FIELDS = {  # of mechanisms and elements
+    "omega": "frequency", "mass": "mass", "damping": "damping", "stiffness": "stiffness", "upper": "length",
+    "lower": "length", "constant_force": "force", "kinetic": "force", "static": "force", "belt_speed": "velocity",
+}  # fmt: skip
+INDEX = re.compile(r"\[\d+\]")
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 
 
@@ -36,6 +42,14 @@ def quantities_of(system: object) -> dict[str, Quantity]:
     if not is_dataclass(system):
         return {}
     return {f.name: f.metadata["quantity"] for f in fields(system) if "quantity" in f.metadata}
+
+
+def of_path(path: str) -> str:
+    """Quantity of a number of a mechanism by its path, such as "elements[0].upper"; "" where it is another."""
+    last = INDEX.sub("", path.rpartition(".")[2])
+    if last in ("sine", "cosine"):
+        return "length" if "motion" in path else "force"
+    return OF_FIELDS.get(last, "")
 
 
 class Units(NamedTuple):
@@ -61,7 +75,8 @@ class Units(NamedTuple):
         """Quantity of a parameter or a coordinate; "" for a plain number or an angle."""
         if COORDINATE.fullmatch(name):
             return of_coordinate(name)
-        return self.parameters.get(name, Quantity()).quantity
+        known = self.parameters.get(name)
+        return known.quantity if known else of_path(name)
 
 
 def units_of(*systems: object) -> Units:

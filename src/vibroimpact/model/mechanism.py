@@ -11,7 +11,7 @@ with elements: rigid stops ``lower <= row . x <= upper``, each with its own rest
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact._core import linear
 from vibroimpact._core.checks import (
     check_choice,
+    check_flag,
     names_arguments,
     numbers,
     refusal,
@@ -37,6 +38,7 @@ from vibroimpact._kernel import (
     MAX_LINES,
 )
 from vibroimpact.model.dashpots import linked, loose_groups
+from vibroimpact.model.described import Described
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.elements.table import KINDS
@@ -71,7 +73,7 @@ def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
     force="Give forces, a Harmonic each, or constant_force.",
 )  # fmt: skip
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mechanism:
+class Mechanism(Described):
     """Masses, dashpots, springs, forces, stops and friction.
 
     Parameters
@@ -93,6 +95,8 @@ class Mechanism:
         How contacts that touch at one instant share an impact. ``"moreau"``: all at once, one
         linear complementarity problem. ``"sequential"``: one after the other in the order of their
         numbers, round after round, until none approaches; rows of balls pass an impact on so.
+    si
+        Whether the numbers are in SI units, with all coordinates in metres; labels, tables and files then name them.
 
     Raises
     ------
@@ -107,8 +111,10 @@ class Mechanism:
     constant_force: tuple[float, ...] = ()
     elements: tuple[Element, ...] = ()
     impact_law: ImpactLaw = "moreau"
+    si: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
+        check_flag("si", self.si)
         check_choice("impact_law", self.impact_law, list(get_args(ImpactLaw)))
         mass = _square("mass", self.mass)
         n = len(mass)

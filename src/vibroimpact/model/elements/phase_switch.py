@@ -54,7 +54,9 @@ class PhaseSwitch(Element):
     kind: ClassVar[str] = "phase_switch"
     State = PhaseSwitchState
     looks: ClassVar[Mapping[int, Look]] = {
-        state: Look(f"arc {state.value}", "black", 0.2 * state) for state in PhaseSwitchState if state
+        state: Look(f"arc {state.value}", "black", 0.2 * state)
+        for state in PhaseSwitchState
+        if state
     }
     by_time = True
     row = ()
