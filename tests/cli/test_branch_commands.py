@@ -210,7 +210,7 @@ def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
         ),
         (
             ["branch", CASE, "--range", "1.04", "1.06", "--switch", "BP1"],
-            "there is none to name",
+            "label = 'BP1': there is no special point here",
         ),
         (["branch", CASE, "--range", "1.0", "1.1", "--out", "b.txt"], "must end in"),
         (["normal-form", CASE, "--range", "1.0", "1.05", "--at", "NS9"], "must be one of NS1"),

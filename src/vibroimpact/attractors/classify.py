@@ -11,6 +11,7 @@ Fails       undecided, with the reason
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
@@ -166,6 +167,16 @@ class Attractor(Result):
         chaos = self.transient_name.startswith(Kind.CHAOTIC) and self.kind is not Kind.CHAOTIC
         words += ["after transient chaos"] if chaos else []
         return ", ".join(words)
+
+    def __repr__(self) -> str:
+        words = [f"Attractor: {self.label}"]
+        if self.multipliers is not None and len(self.multipliers):
+            words.append(f"largest multiplier {abs(self.multipliers[0]):.6g}")
+        if math.isfinite(self.exponent.value):
+            words.append(f"exponent {self.exponent.value:.4g} +- {self.exponent.error:.1g}")
+        words += [f"settled after {self.transient}"] if self.transient else []
+        words += [one for one in (self.reason, self.section.reach) if one]
+        return "; ".join(words)
 
     @property
     def transient_name(self) -> str:

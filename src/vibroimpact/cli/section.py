@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> Done:
     state = common.start_of(arguments, case)
     found = section(case.system, state, **common.given(arguments, POINT_ARGUMENTS))
     if found.end is not RunEnd.POINTS:
-        raise common.Failure(f"after {len(found)} points: {found.end.sentence}.")
+        raise common.Failure(f"{found}.")
     axes = common.given(arguments, AXIS_ARGUMENTS)
     return Done(
         [case.system, state, found, f"ends in {found.last}"],

@@ -11,7 +11,8 @@ from vibroimpact.cli.output import Done
 from vibroimpact.machines.toml_file import HybridCase
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.simulation.hybrid_run import simulate_hybrid
-from vibroimpact.simulation.simulate import Run, RunEnd, simulate
+from vibroimpact.simulation.reach import reach_in_words
+from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, RunEnd, simulate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -45,8 +46,12 @@ def run(arguments: argparse.Namespace) -> Done:
     state = common.start_of(arguments, case)
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
-        way = " Give --t-max." if motion.end is RunEnd.EVENTS else ""
-        raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{way}")
+        goes_on = (RunEnd.EVENTS, *ENDS_QUIETLY)
+        way = " With --t-max it is written and drawn." if motion.end in goes_on else ""
+        reach = f" {reach_in_words(motion)}." if motion.end in ENDS_QUIETLY else ""
+        raise common.Failure(
+            f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{reach}{way}"
+        )
     return Done(
         [case.system, state, motion, f"ends in {motion.last}"],
         motion,

@@ -23,7 +23,9 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations, translations_of
 from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop, place_in
+from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import (
+    ENDS_QUIETLY,
     GOES_ON,
     RunEnd,
     Status,
@@ -31,6 +33,7 @@ from vibroimpact.simulation.simulate import (
     phase_after,
     record_bytes,
     rounded_times,
+    simulate,
     states_of_modes,
 )
 from vibroimpact.simulation.simulator import CHUNK_EVENTS, Impacts, Simulator, joined
@@ -90,7 +93,14 @@ class Section(Result):
         where = self.at.words(mechanism_of(self.system))
         rare = f"fewer than one event in {EVENTS_PER_POINT} is such a point"
         end = rare if self.end is RunEnd.EVENTS else self.end.sentence
-        return f"Section: {len(self)} points {where}; {end}"
+        return f"Section: {len(self)} points {where}; {end}{self.reach and '; ' + self.reach}"
+
+    @property
+    def reach(self) -> str:
+        """How far a motion that stopped impacting stays from the stops, in words; else empty."""
+        if self.end not in ENDS_QUIETLY:
+            return ""
+        return reach_in_words(simulate(self.system, self.last, impacts=1))
 
     @property
     def x1(self) -> Floats:

@@ -37,6 +37,7 @@ from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result, along
+from vibroimpact.simulation.reach import reach_in_words
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -177,10 +178,14 @@ class Run(Result):
     def __repr__(self) -> str:
         kinds, counts = np.unique(self.status, return_counts=True)
         listed = ", ".join(
-            f"{n} {Status(k).name.lower()}" for k, n in zip(kinds, counts, strict=True)
+            f"{n} {Status(k).name.lower()}"
+            for k, n in zip(kinds, counts, strict=True)
+            if k != Status.HORIZON
         )
         span = self.time[-1] if len(self) else 0.0
         text = f"Run: {listed or 'no events'} up to t = {span:.6g}; {self.end.sentence}"
+        if self.end in ENDS_QUIETLY and (reach := reach_in_words(self)):
+            text += f"; {reach}"
         m = self._compiled.mechanism
         if not m.switching:
             return text
