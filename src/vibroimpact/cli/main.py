@@ -21,7 +21,9 @@ DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 COMMANDS = {  # a file of this folder each
     "reproduce": "redo every figure and number of a publication, with a verdict on each",
     "simulate": "simulate a motion and record every impact",
-    "orbit": "find the symmetric 1-1-1 orbits of an impact damper, with multipliers and stability",
+    "classify": "say on what a motion settles: periodic, quasiperiodic or chaotic, with its exponent",
+    "lyapunov": "estimate the largest Lyapunov exponent of a motion, or all of them",
+    "orbit": "find a periodic orbit, with multipliers and stability; of a damper the symmetric ones",
     "orbits": "list the periodic orbits with few impacts, stable or not, that a search finds",
     "branch": "follow a branch of periodic orbits in a parameter, with all bifurcations on it",
     "normal-form": "compute the normal form at a bifurcation of a periodic orbit",

@@ -1,4 +1,4 @@
-"""Command vibroimpact orbit: the symmetric orbits of the impact damper and their multipliers."""
+"""Command vibroimpact orbit: the symmetric orbits of a damper, or the orbit on which a motion settles."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import shown
-from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
+from vibroimpact.cli.branch import STATED, orbit_of
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.toml_file import Case
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import symmetric_orbits
 
@@ -27,15 +27,16 @@ EXAMPLE = "  vibroimpact orbit impact-damper/A --omega 1.2 --out multipliers.svg
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
+    common.add_start(parser)
     common.add_out(parser)
 
 
 def run(arguments: argparse.Namespace) -> Done:
     """Find the orbits."""
-    damper = common.case_of(arguments).system
-    if not isinstance(damper, ImpactDamper):
-        raise InvalidParameterError(f"system = {shown(damper)}: must be an impact damper.")
+    case = common.case_of(arguments)
+    damper = case.system
+    if not isinstance(damper, ImpactDamper) or common.given(arguments, STATED) or case.start:
+        return _from_the_start(arguments, case)
     orbits = symmetric_orbits(damper)
     if not orbits:
         raise common.Failure(
@@ -47,6 +48,23 @@ def run(arguments: argparse.Namespace) -> Done:
         _dataset(damper, orbits),
         lambda: _picture(orbits),
     )
+
+
+def _from_the_start(arguments: argparse.Namespace, case: Case) -> Done:
+    """The orbit to which the motion from the start settles."""
+    orbit = orbit_of(arguments, case)
+    said = [case.system, orbit, orbit.state, f"  moduli of the multipliers: {_moduli(orbit)}"]
+    return Done(said, orbit, lambda: _one_picture(orbit))
+
+
+def _one_picture(orbit: Orbit) -> Axes:
+    from vibroimpact.plotting import plot_multipliers
+
+    return plot_multipliers([orbit], labels=[orbit.symbol])
+
+
+def _moduli(orbit: Orbit) -> str:
+    return ", ".join(f"{abs(value):.6g}" for value in orbit.multipliers)
 
 
 def _picture(orbits: Sequence[Orbit]) -> Axes:
@@ -61,10 +79,9 @@ def _name(sign: int, orbit: Orbit) -> str:
 
 
 def _described(sign: int, orbit: Orbit) -> str:
-    sizes = ", ".join(f"{abs(value):.6g}" for value in orbit.multipliers)
     return (
         f"sign {sign:+d}: {orbit}\n  {orbit.state}\n"
-        f"  moduli of the multipliers of the full map: {sizes}\n"
+        f"  moduli of the multipliers of the full map: {_moduli(orbit)}\n"
         f"  relative error of the determinant identity: {orbit.determinant_error:.1e}"
     )
 
