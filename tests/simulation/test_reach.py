@@ -51,7 +51,7 @@ def test_every_analysis_of_impacts_says_so(analysis: object) -> None:
 
 def test_an_attractor_is_described_in_one_line() -> None:
     machine = vi.ImpactOscillator(zeta=0.05, omega=2.0, restitution=0.8, clearance=0.0)
-    found = vi.classify(machine, machine.free_start(), settle=500, points=500)
+    found = vi.classify(machine, machine.free_start(), settle_events=500, points=500)
     largest = abs(vi.find_orbit(machine, machine.free_start()).multipliers[0])
     said = re.fullmatch(
         r"Attractor: 1-1-0 periodic, not symmetric; largest multiplier (\S+); .*", repr(found)

@@ -54,7 +54,7 @@ class ProgressReport(NamedTuple):
         return f"{self.stage}: {self.text}"
 
 
-ProgressOption = bool | Callable[[ProgressReport], object]
+ProgressOption = bool | Callable[[ProgressReport], object] | None
 
 
 @dataclass
@@ -174,7 +174,7 @@ class Reporter:
     Parameters
     ----------
     progress
-        True, a function, or False.
+        True, a function, or False or None.
     stage
         What is done.
     """

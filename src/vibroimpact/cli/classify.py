@@ -9,7 +9,7 @@ from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 
 EXAMPLE = "  vibroimpact classify impact-damper/A --omega 1.0 --out section.svg"
-POINTS = ("at", "settle", "points")
+POINTS = ("at", "settle_events", "points")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

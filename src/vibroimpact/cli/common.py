@@ -214,11 +214,11 @@ def _values(text: str, name: str, form: str) -> Sequence[float] | Floats:
     return numbers[0], numbers[1]
 
 
-def check_count(over: Values, count: int, form: str) -> None:
-    """Refuse another number of parameters in ``over``."""
-    if len(over) != count:
+def check_count(name: str, by_name: Values, count: int, form: str) -> None:
+    """Refuse another number of parameters in an option that takes them by name."""
+    if len(by_name) != count:
         raise InvalidParameterError(
-            f"over = {', '.join(over)}: give --over {form} {TIMES[count]}."
+            f"{name} = {', '.join(by_name)}: give --{name} {form} {TIMES[count]}."
         )  # fmt: skip
 
 

@@ -13,8 +13,8 @@ from vibroimpact.response.response import frequency_response
 from vibroimpact.results.files import PAGES
 
 EXAMPLE = (
-    "  vibroimpact design impact-damper/A --vary half_clearance=1:20 --vary restitution=0.3:0.9 "
-    "--over omega=0.4:0.6 --budget 500 --out design.svg --out report.html"
+    "  vibroimpact design impact-damper/A --bounds half_clearance=1:20 --bounds restitution=0.3:0.9 "
+    "--band omega=0.4:0.6 --budget 500 --out design.svg --out report.html"
 )
 JUDGED = ("points", "starts", "settle_periods", "periods")
 SEARCHED = ("budget", "refine", "seed", "workers", "store")
@@ -28,7 +28,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_system(parser)
     group = parser.add_argument_group("design")
     text = "a parameter and its bounds; once for each parameter"
-    common.add_named(group, "--vary", common.RANGE, text, required=True)
+    common.add_named(group, "--bounds", common.RANGE, text, required=True)
     add_band(group, worst_over)
     group.add_argument(
         "--mean", action="store_true", help="judge by the mean over the band, not by the worst"
@@ -41,12 +41,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Search for the best machine."""
-    common.check_count(arguments.over, 1, common.RANGE)
-    case = common.case_of(arguments, arguments.over)
-    ((parameter, band),) = arguments.over.items()
+    common.check_count("band", arguments.band, 1, common.RANGE)
+    case = common.case_of(arguments, arguments.band, "band")
+    ((parameter, band),) = arguments.band.items()
     judge = mean_over if arguments.mean else worst_over
     objective = judge(parameter, band, **common.given(arguments, (*BAND, *JUDGED)))
-    best = optimise(case.system, arguments.vary, objective, **common.given(arguments, SEARCHED))
+    best = optimise(case.system, arguments.bounds, objective, **common.given(arguments, SEARCHED))
     common.check_interrupted(best)
     return Done([case.system, best], best, best.plot, lambda: _page(arguments, best))
 
@@ -57,8 +57,8 @@ def _page(arguments: argparse.Namespace, best: Design) -> str:
 
     seen = best.objective
     response = frequency_response(
-        best.system, seen.parameter, seen.band, measure=seen.measure, unit=seen.unit,
-        seed=seen.seed, number=REPORT_VALUES, starts=REPORT_STARTS, most=REPORT_BRANCHES,
+        best.system, seen.parameter, seen.bounds, measure=seen.measure, unit=seen.unit,
+        seed=seen.seed, points=REPORT_VALUES, starts=REPORT_STARTS, most_branches=REPORT_BRANCHES,
     )  # fmt: skip
     command = common.command_of(arguments)
     return design_report(best, response, command=command, **common.given(arguments, ["title"]))

@@ -274,7 +274,7 @@ def label_of(judge: Judge) -> str:
 
 def optimise(
     system: System,
-    vary: Mapping[str, tuple[float, float]],
+    bounds: Mapping[str, tuple[float, float]],
     objective: Objective,
     *,
     constraints: Constraint | Sequence[Constraint] = (),
@@ -292,7 +292,7 @@ def optimise(
     system
         A forced machine: a :class:`~vibroimpact.Mechanism`, a :class:`~vibroimpact.Family`, or
         anything with a ``mechanism``. The parameters that do not vary are its own.
-    vary
+    bounds
         (low, high) by name of a parameter.
     objective
         :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
@@ -349,7 +349,7 @@ def optimise(
     >>> 5.0 < best.parameters["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True
     """
-    variables = variables_of(system, vary)
+    variables = variables_of(system, bounds)
     judge = judge_of(system, objective, variables.names, workers)
     for name, value, least in (("budget", budget, 2 * FEWEST_MACHINES), ("seed", seed, 0)):
         check_count(name, value, least)
