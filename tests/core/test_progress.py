@@ -109,5 +109,7 @@ def test_every_long_work_tells_a_function_and_shows_a_stage(
     assert f"[1/1] {told[0].stage}" in capsys.readouterr().err
     work(False)
     assert capsys.readouterr().err == ""
-    with pytest.raises(vi.InvalidParameterError, match="progress = 3: must be True, False or"):
+    with pytest.raises(
+        vi.InvalidParameterError, match="progress = 3: must be True, a function, or"
+    ):
         work(3)
