@@ -43,10 +43,10 @@ RESULTS = {  # made by functions, not by hand
     "Atlas", "Attractor", "BifurcationCurve", "BifurcationPoint",
     "Branch", "Result", "Circle", "CircleBranch", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
-    "NoBranch", "NoCurve", "NoTongue", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
+    "NotFound", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
     "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
-    "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "Objective", "ParetoFront",
+    "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "ParetoFront",
 }  # fmt: skip
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
@@ -60,7 +60,7 @@ LONG = {
     ("lyapunov_spectrum", "settle_impacts"), ("lyapunov_spectrum", "impacts"),
     ("find_orbits", "starts"), ("find_orbits", "most_impacts"),
     ("find_circle", "settle_iterates"), ("find_circle, formula", "settle_iterates"),
-    ("worst_over", "points"), ("mean_over", "points"), ("optimise", "budget"),
+    ("Objective", "points"), ("optimise", "budget"),
     ("optimise", "refine"), ("pareto_front", "budget"), ("pareto_front", "refine"),
     ("frequency_response", "points"), ("frequency_response", "starts"),
     ("frequency_response", "settle_periods"), ("frequency_response", "periods"),
@@ -601,8 +601,11 @@ def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
     """The same of designs."""
     few: dict[str, Any] = {"points": 2, "starts": 1, "settle_periods": 2, "periods": 2}
     judged = {"parameter": "omega", "bounds": (1.1, 1.2), "measure": "x1", "seed": 0, "unit": "",
-              "spread": None, "aim": "small"} | few  # fmt: skip
-    both = vi.worst_over("omega", (1.1, 1.2), **few), vi.mean_over("omega", (1.1, 1.2), **few)
+              "spread": None, "aim": "small", "kind": "worst"} | few  # fmt: skip
+    both = (
+        vi.Objective("omega", (1.1, 1.2), **few),
+        vi.Objective("omega", (1.1, 1.2), **few, kind="mean"),
+    )
     vary = {"half_clearance": (4.0, 6.0)}
     asked = {"system": damper, "bounds": vary, "constraints": (), "seed": 0, "budget": 64, "refine": 0,
              "workers": 1, "progress": False}  # fmt: skip
@@ -611,8 +614,7 @@ def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
     drawn = vi.design_map(damper, over, both[0], progress=False)
     front = vi.pareto_front(damper, vary, both, budget=64, refine=1, progress=False)
     return {
-        "worst_over": (vi.worst_over, judged),
-        "mean_over": (vi.mean_over, judged),
+        "Objective": (vi.Objective, judged),
         "optimise": (vi.optimise, asked | {"objective": both[0], "store": None}),
         "Design.plot": (best.plot, {"what": "response", "ax": None}),
         "design_map": (
@@ -743,7 +745,7 @@ NAMES = [
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
-    "worst_over", "mean_over", "optimise", "Design.plot", "design_map",
+    "Objective", "optimise", "Design.plot", "design_map",
     "DesignMap.plot", "pareto_front", "ParetoFront.machine",
     "ParetoFront.plot", "plot_design", "plot_design_map", "plot_pareto_front",
     "frequency_response", "Response.at", "Response.plot", "Response.report",

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.checks import check_index
 from vibroimpact._core.labels import counted, labelled
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
 from vibroimpact.bifurcations.tests_along import COSINE
@@ -18,9 +19,6 @@ from vibroimpact.continuation import Curve, End
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.results.result import INSIDE, Result, along, rows
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)

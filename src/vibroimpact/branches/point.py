@@ -36,7 +36,7 @@ class NotFound:
     reason: str
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__} at {self.point.label}: {self.reason}"
+        return f"NotFound at {self.point.label}: {self.reason}"
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
 from vibroimpact.sweeps.analyses.basins import attractor_state, basins, share_of_starts
 from vibroimpact.sweeps.analyses.label_attractors import NOT_MATCHED
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 EXAMPLE = (

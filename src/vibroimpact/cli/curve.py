@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.branches.kinds import ONE
@@ -113,8 +114,6 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
 
 def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callable[[], Axes] | None:
     """Function that draws the plane of motions of --behind, a file or a store; None without one."""
-    import xarray as xr
-
     if (path := arguments.behind) is None:
         return None
     path_of("behind", path)

@@ -7,12 +7,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 EXAMPLE = (

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.cli import common
 from vibroimpact.cli.common import GRID, RANGE
@@ -27,7 +28,6 @@ from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 WINDOW = ("settle_periods", "periods", "most_impacts")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibroimpact import _kernel
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import STATED, orbit_of
 from vibroimpact.cli.output import Done
@@ -18,7 +19,6 @@ from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import symmetric_orbits
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 SIGNS = (1, -1)  # in (14) of the paper, in the order of symmetric_orbits
@@ -87,8 +87,6 @@ def _described(sign: int, orbit: Orbit) -> str:
 
 
 def _dataset(damper: ImpactDamper, orbits: Sequence[Orbit]) -> xr.Dataset:
-    import xarray as xr
-
     nu = np.array([o.half_multipliers for o in orbits], dtype=complex)
     several, place = ("orbit", "multiplier"), ("orbit", "coordinate")
     return xr.Dataset(

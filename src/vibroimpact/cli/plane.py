@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
 from vibroimpact.model.state import State
@@ -20,7 +21,6 @@ from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 EXAMPLE = (

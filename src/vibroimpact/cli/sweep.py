@@ -8,12 +8,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
 from vibroimpact.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
 
 EXAMPLE = (

@@ -106,24 +106,14 @@ def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]
 
 
 class Light(NamedTuple):
-    """Coordinates without mass in one mode.
+    """Coordinates without mass in one mode."""
 
-    Attributes
-    ----------
-    speeds
-        (4): v / scale of each, rows on (y, 1), by coordinate.
-    held
-        Force of each slider that sticks, by number of the element.
-    balance
-        Sum g of the forces on each slider that slips and on what moves with it, by number of the
-        element; a slider that a dashpot holds has none.
-    idle
-        A slider that slips though no spring holds it and what moves with it, which cannot be.
-    """
-
-    speeds: dict[int, Vector]
-    held: dict[int, Vector]
+    speeds: dict[int, Vector]  # (4): v / scale of each, rows on (y, 1), by coordinate
+    held: dict[int, Vector]  # force of each slider that sticks, by number of the element
+    # sum g of the forces on each slider that slips and on what moves with it, by number of the element; a slider
+    # that a dashpot holds has none
     balance: dict[int, Vector]
+    # a slider that slips though no spring holds it and what moves with it, which cannot be
     idle: int | None = None
 
 

@@ -22,12 +22,13 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.design.minimax import descend, gradient, motion_of
@@ -43,10 +44,6 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 FEWEST_MACHINES = 16  # a generation has so many machines at least
 MACHINES_PER_PARAMETER = 10  # a generation has about so many, rounded to a power of two
@@ -67,38 +64,23 @@ CONSTANT_RELATIVE_RANGE = 1e-9  # an objective that varies by less over all mach
 
 
 class Interval(NamedTuple):
-    """Range of a parameter within which the objective is as good as the best to 1 dB.
+    """Range of a parameter within which the objective is as good as the best to 1 dB."""
 
-    Attributes
-    ----------
-    low, high
-        Its ends.
-    to_bounds
-        Whether (low, high) are bounds of the parameter: the range might be wider.
-    """
-
+    # its ends
     low: float
     high: float
+    # whether (low, high) are bounds of the parameter: the range might be wider
     to_bounds: tuple[bool, bool]
 
 
 class Sensitivity(NamedTuple):
-    """Derivative of the objective by a parameter.
+    """Derivative of the objective by a parameter."""
 
-    Attributes
-    ----------
-    value
-        The derivative.
-    exact
-        Whether it is that of a periodic orbit; else it is a central difference, next to a bound of
-        a place two steps inside, 1 % of the bounds.
-    error
-        Of a difference: how much one of twice the step differs. 0 where it is exact.
-    """
-
-    value: float
+    value: float  # the derivative
+    # whether it is that of a periodic orbit; else it is a central difference, next to a bound of a place two steps
+    # inside, 1 % of the bounds
     exact: bool
-    error: float
+    error: float  # of a difference: how much one of twice the step differs. 0 where it is exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +200,6 @@ class Design(Result):
             none); along ``parameter``: best, sensitivity, its error, and the robust range low, high;
             scalars reduction_db, machines.
         """
-        import xarray as xr
-
         names = list(self.parameters)
         table, worth = np.array(self.search.table), np.array(self.search.worth)
         valued = np.where(worth < UNVALUED_WORTH, self.objective.sign * worth, math.nan)
@@ -299,7 +279,7 @@ def optimise(
     bounds
         (low, high) by name of a parameter.
     objective
-        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+        An :class:`~vibroimpact.Objective`.
     constraints
         Functions of a dictionary of the varied parameters that must be >= 0:
         ``lambda p: 0.1 - p["mass_ratio"]``.
@@ -337,7 +317,7 @@ def optimise(
 
     Notes
     -----
-    Cost: ``budget`` machines of the cost that :func:`~vibroimpact.worst_over` states; for an impact
+    Cost: ``budget`` machines of the cost that :class:`~vibroimpact.Objective` states; for an impact
     damper with three parameters and the defaults about 25 s on two cores. Sensitivity and the
     robust range are computed when they are read, with 4 and some 40 machines per parameter.
     Bodies of constraints are not compared with those of a store, only their names.
@@ -348,7 +328,7 @@ def optimise(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> best = vi.optimise(damper, {"half_clearance": (2.0, 30.0)},
-    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
+    ...                    vi.Objective("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
     ...                    budget=48, progress=False)
     >>> 5.0 < best.parameters["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True

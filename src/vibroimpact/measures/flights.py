@@ -188,32 +188,18 @@ class Struck(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """Flights of a motion, one after the other, in order.
+    """Flights of a motion, one after the other, in order."""
 
-    Attributes
-    ----------
-    rows
-        :class:`Rows` of its system.
-    states, durations
-        (x, v, theta) where each flight begins, shape (m, 2n + 1), and flight times (m,).
-    codes
-        Code of the mode of each flight (compile/piecewise.py).
-    struck
-        The impacts, meetings with soft stops included.
-    states_by, durations_by
-        Their derivatives by the parameter of ``rows``; zero without one.
-    periodic
-        Whether the motion repeats after them.
-    """
-
-    rows: Rows
+    rows: Rows  # Rows of its system
+    # (x, v, theta) where each flight begins, shape (m, 2n + 1), and flight times (m,)
     states: Floats
     durations: Floats
-    codes: tuple[int, ...]
-    struck: Struck
+    codes: tuple[int, ...]  # code of the mode of each flight (compile/piecewise.py)
+    struck: Struck  # the impacts, meetings with soft stops included
+    # their derivatives by the parameter of `rows`; zero without one
     states_by: Floats
     durations_by: Floats
-    periodic: bool = True
+    periodic: bool = True  # whether the motion repeats after them
 
     @property
     def period(self) -> Jet:

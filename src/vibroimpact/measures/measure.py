@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_kind, positive, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.machines.json_text import system_of
@@ -40,9 +41,6 @@ from vibroimpact.sweeps.observers.observer import ELEMENT, PART, Observer
 from vibroimpact.sweeps.observers.power import Power
 from vibroimpact.sweeps.observers.rms import Rms as RmsObserver
 from vibroimpact.sweeps.observers.speeds import Speeds
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Row = str | Sequence[float]
 Speed = Literal["largest", "mean", "rms", "smallest"]
@@ -75,20 +73,23 @@ class Measure(ABC):
 
     system: System | None = field(default=None, kw_only=True, repr=False, compare=False)
 
+    DIMENSION: ClassVar[str] = ""
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Final(),)  # members go on from their ends
+
     @property
     @abstractmethod
     def label(self) -> str:
         """The measure in words."""
 
     @property
-    @abstractmethod
     def dimension(self) -> str:
         """Quantity by which it has a unit."""
+        return self.DIMENSION
 
     @property
     def observers(self) -> tuple[Observer, ...]:
         """Observers of a sweep that hold it."""
-        return (Final(),)
+        return self.OBSERVERS
 
     @abstractmethod
     def _of(self, flights: Flights) -> Jet:
@@ -141,8 +142,6 @@ class Measure(ABC):
         each member is run on from its end for as long as it was observed, which takes some
         milliseconds each; others cost nothing.
         """
-        import xarray as xr
-
         check_kind("members", members, xr.Dataset, "a Dataset, as vi.sweep gives")
         missing = [one for one in self._variables(members) if one not in members]
         if missing:
@@ -544,16 +543,13 @@ class DissipatedPower(Measure):
 
     part: int | str | None = None
 
+    DIMENSION: ClassVar[str] = "power"
+
     @property
     def label(self) -> str:
         """The measure in words."""
         whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
         return f"dissipated power{'' if self.part is None else whose}"
-
-    @property
-    def dimension(self) -> str:
-        """Power."""
-        return "power"
 
     def _check(self, m: Mechanism) -> None:
         if isinstance(self.part, str):
@@ -641,20 +637,13 @@ class ContactForce(_OfPart):
 
     part: int | None = None
 
+    DIMENSION: ClassVar[str] = "force"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Forces(),)
+
     @property
     def label(self) -> str:
         """The measure in words."""
         return f"largest force{self._whose}"
-
-    @property
-    def dimension(self) -> str:
-        """Force."""
-        return "force"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """The ranges of all forces."""
-        return (Forces(),)
 
     def _check(self, m: Mechanism) -> None:
         super()._check(m)
@@ -694,15 +683,12 @@ class Impulse(_OfPart):
         Number of the contact; by default of any.
     """
 
+    DIMENSION: ClassVar[str] = "impulse"
+
     @property
     def label(self) -> str:
         """The measure in words."""
         return f"largest impulse{self._whose}"
-
-    @property
-    def dimension(self) -> str:
-        """Impulse."""
-        return "impulse"
 
     def _check(self, m: Mechanism) -> None:
         super()._check(m)
@@ -752,6 +738,9 @@ class ImpactSpeed(Measure):
 
     kind: Speed = "largest"
 
+    DIMENSION: ClassVar[str] = "velocity"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Speeds(),)
+
     def __post_init__(self) -> None:
         check_choice("kind", self.kind, ["largest", "mean", "rms", "smallest"])
 
@@ -759,16 +748,6 @@ class ImpactSpeed(Measure):
     def label(self) -> str:
         """The measure in words."""
         return f"{self.kind} impact speed"
-
-    @property
-    def dimension(self) -> str:
-        """Velocity."""
-        return "velocity"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """Statistics of speeds."""
-        return (Speeds(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"speed_{self.kind}"].fillna(0.0)
@@ -789,20 +768,13 @@ class ImpactSpeed(Measure):
 class ImpactRate(Measure):
     """Impacts per unit of time, at all stops, soft ones included: what is heard."""
 
+    DIMENSION: ClassVar[str] = "rate"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Impacts(),)
+
     @property
     def label(self) -> str:
         """The measure in words."""
         return "impacts per unit of time"
-
-    @property
-    def dimension(self) -> str:
-        """A rate."""
-        return "rate"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """Counts of impacts."""
-        return (Impacts(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
         count = members["impacts_a"] + members["impacts_b"]
@@ -979,8 +951,6 @@ def _per_system(
     members: xr.Dataset, system: System, of: Callable[[System], float]
 ) -> xr.DataArray | float:
     """A number of each system of a sweep."""
-    import xarray as xr
-
     names = _swept(members)
     axes = [members[name].values.tolist() for name in names]
     system = _held(members, system)
@@ -998,8 +968,6 @@ def _each(
     members: xr.Dataset, system: System, of: Callable[[System, xr.Dataset, float], float]
 ) -> xr.DataArray:
     """A number of each member."""
-    import xarray as xr
-
     like = members["end"]
     names, periods = _swept(members), float(members.attrs["periods"])
     system = _held(members, system)

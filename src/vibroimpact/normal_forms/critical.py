@@ -95,21 +95,13 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Critical:
-    """Simple critical multiplier with its eigenvectors.
+    """Simple critical multiplier with its eigenvectors."""
 
-    Attributes
-    ----------
-    multiplier
-        nu, in the upper half plane where complex.
-    q, p
-        Its right and left eigenvectors (1), shape (d,).
-    multipliers, others
-        All multipliers, shape (d,), and all but nu and conj(nu).
-    """
-
-    multiplier: complex
+    multiplier: complex  # nu, in the upper half plane where complex
+    # its right and left eigenvectors (1), shape (d,)
     q: Complexes
     p: Complexes
+    # all multipliers, shape (d,), and all but nu and conj(nu)
     multipliers: Complexes
     others: Complexes
 

@@ -7,11 +7,11 @@ import math
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact._core.checks import nonnegative
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, Linearised
@@ -38,9 +38,6 @@ from vibroimpact.orbits.newton import (
 from vibroimpact.orbits.problem import OrbitProblem, Signature, impacting
 from vibroimpact.orbits.reversals import held_reversal
 from vibroimpact.results.result import Result, along, complex_columns
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # A multiplier that is so near to the unit circle is neither inside nor outside.
 NEUTRAL_DISTANCE = 1e-9

@@ -43,8 +43,6 @@ def plot_multipliers(
         orbit has a half map. Names the axes if ``path`` is an array, by default as nu.
     labels
         Names of a few orbits instead of a path: each has a colour and a mark, with a legend.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------

@@ -34,13 +34,6 @@ def plot_phase_portrait(
         Window of time within a run; to its last event if ``t1`` is not given.
     row
         "x1", "x2", a sum such as "x2 - x1", or coefficients of the coordinates, missing ones zero: ``(-1, 1)``.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     full = _row(row, mechanism_of(run.system))
     if isinstance(run, Orbit):

@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
@@ -67,12 +68,7 @@ from vibroimpact.response.curves import (
     likeness,
 )
 from vibroimpact.results.result import Result, plotting
-from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.starts import GridStarts, RandomStarts
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 MOST_NAMED_MOTIONS = 8  # a list names so many motions at most
@@ -222,8 +218,6 @@ class Response(Result):
             parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
             ``units`` where they are SI.
         """
-        import xarray as xr
-
         units = units_of(self.system)
         across = units.quantity_of(self.parameter)
 

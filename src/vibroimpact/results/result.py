@@ -14,13 +14,12 @@ import numpy as np
 
 from vibroimpact import _kernel
 from vibroimpact._core.checks import check_choice, check_target
+from vibroimpact._core.lazy import pd, xr
 from vibroimpact._core.quantities import UNITS
 from vibroimpact._core.types import Complexes
 from vibroimpact._core.words import missing_attribute
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
     from matplotlib.axes import Axes
 
 DIMS, ROWS, MERGED, ATTRS = "dims", "rows", "merged", "attrs"
@@ -94,8 +93,6 @@ class Result:
 
     def to_dataset(self) -> xr.Dataset:
         """Convert to an xarray dataset, whose attributes describe system and result."""
-        import xarray as xr
-
         variables, attrs = _declared(self)
         data = xr.Dataset(variables, attrs=attrs | {"version": _kernel.version()})
         return with_units(data) if _in_si(self) else data
@@ -223,8 +220,6 @@ def dataframe_of(data: xr.Dataset, dim: str = "") -> pd.DataFrame:
     A column for each number; codes with meanings become words. Further dims of a variable become columns, position_0,
     position_1; variables along others are left out. Without arrays it has one row, of the attributes.
     """
-    import pandas as pd
-
     held = [variable for variable in data.data_vars.values() if variable.ndim]
     if not held:
         return pd.DataFrame([data.attrs])

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 
 PACKAGE = "vibroimpact"
 Array = NDArray[Any]
@@ -219,8 +220,6 @@ class _Reader:
 
     def _object(self, tree: dict[str, Any]) -> Any:
         if "dataset" in tree:
-            import xarray as xr
-
             return xr.Dataset.from_dict(self.read(tree["dataset"]))
         if "function" in tree:
             return _at(tree["function"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,9 +29,6 @@ from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.phases import phases_at
 from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.simulate import RunEnd, Status, flights_at, rounded_times
-
-if TYPE_CHECKING:
-    pass
 
 KEPT = (
     "high",

@@ -6,12 +6,13 @@ import inspect
 import json
 from collections.abc import Callable
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.checks import check_kind, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import interruptible
 from vibroimpact.machines.json_text import system_of
 from vibroimpact.model.parameters import with_parameters
@@ -21,15 +22,11 @@ from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability, plane
-from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.options import LOST
-from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
+from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @interruptible(LOST)
@@ -69,8 +66,6 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
     >>> vi.rerun_sweep(found, progress=False).identical(found)
     True
     """
-    import xarray as xr
-
     check_kind("found", found, xr.Dataset, "a Dataset, as vi.sweep gives")
     if system is not None:
         mechanism_of(system)

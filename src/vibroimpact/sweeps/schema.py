@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Arrays
 from vibroimpact.machines.json_text import text_of
 from vibroimpact.machines.units import Units, units_of
@@ -20,9 +21,6 @@ from vibroimpact.sweeps.options import call_of
 from vibroimpact.sweeps.plan import Plan
 from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 Coordinate = tuple[tuple[str, ...], NDArray[Any], dict[str, Any]]  # dims, values, attributes
 
 END = "end"  # the variable that every sweep has
@@ -30,24 +28,13 @@ STATE_NAMES = {"x": "position of coordinate", "v": "velocity of coordinate"}
 
 
 class Schema(NamedTuple):
-    """Dataset of a sweep without its results.
+    """Dataset of a sweep without its results."""
 
-    Attributes
-    ----------
-    grid
-        Names and sizes of the dimensions of the grid.
-    variables
-        By name: dimensions and sizes beyond those of the grid, type, fill value, attributes.
-    coords
-        By name: (dimensions, values, attributes).
-    attrs
-        Attributes from which the sweep can be repeated.
-    """
-
-    grid: dict[str, int]
+    grid: dict[str, int]  # names and sizes of the dimensions of the grid
+    # by name: dimensions and sizes beyond those of the grid, type, fill value, attributes
     variables: dict[str, Variable]
-    coords: dict[str, Coordinate]
-    attrs: dict[str, Any]
+    coords: dict[str, Coordinate]  # by name: (dimensions, values, attributes)
+    attrs: dict[str, Any]  # attributes from which the sweep can be repeated
 
     @property
     def member_bytes(self) -> int:
@@ -71,8 +58,6 @@ class Schema(NamedTuple):
 
     def dataset(self, arrays: Arrays) -> xr.Dataset:
         """Dataset with these results."""
-        import xarray as xr
-
         data = {
             name: (self.dims(name), arrays[name], v.attrs) for name, v in self.variables.items()
         }

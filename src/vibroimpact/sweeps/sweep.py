@@ -7,7 +7,7 @@ import os
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,7 @@ from vibroimpact._core.checks import (
     shown,
 )
 from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Arrays
 from vibroimpact.compile.pace import paced_parts, paces_of
@@ -48,9 +49,6 @@ from vibroimpact.sweeps.plan import Plan, Window
 from vibroimpact.sweeps.schema import Schema, schema_of
 from vibroimpact.sweeps.specification import SweepSpec, specification_of
 from vibroimpact.sweeps.starts import Start, Starts, starts_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
 # down to rounding, log(eps) / log(restitution) impacts, and so many more; stops with a greater

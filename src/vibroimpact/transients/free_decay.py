@@ -18,7 +18,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,6 +32,7 @@ from vibroimpact._core.checks import (
     shown,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
@@ -46,9 +46,6 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 from vibroimpact.transients.driven import linear, unforced
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NAME = re.compile(r"([xv])([1-9]\d*)")
 MANY_IMPACTS = 2**40
@@ -181,8 +178,6 @@ class FreeDecay(Result):
         points
             Number of samples of the histories.
         """
-        import xarray as xr
-
         t, with_impacts, without = self.histories(points)
         energies, m = self.energies, mechanism_of(self.run.system)
         hit = self.run.impacts

@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.measure import Peak, Row
@@ -36,9 +37,6 @@ from vibroimpact.sweeps.observers.extremes import Extremes
 from vibroimpact.sweeps.observers.impacts import Impacts
 from vibroimpact.sweeps.observers.rms import Rms
 from vibroimpact.sweeps.options import Observe, together
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Spacing = Literal["linear", "log"]
 QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
@@ -139,8 +137,6 @@ class SineSweep(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """All quantities as an xarray dataset, with the time at which each step begins."""
-        import xarray as xr
-
         lasting = self.members["time"]
         order = {"up": slice(None), "down": slice(None, None, -1)}
         begin = np.array(

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, share
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.attractors.matching import MEMBER_DISTANCE
 from vibroimpact.model.state import STATE, State
@@ -20,7 +21,6 @@ from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.label_attractors import LabelledAttractor, label_attractors
 from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
-from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
@@ -28,12 +28,8 @@ from vibroimpact.sweeps.options import (
     call_of,
     check_axes,
 )
-from vibroimpact.sweeps.starts import GridStarts
-from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.starts import GridStarts, ListedStarts, States
 from vibroimpact.sweeps.sweep import sweep
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
 MATCHED_POINTS = 8  # the rule of matching.py needs so many points of each member
@@ -160,8 +156,6 @@ def attractor_state(basins: xr.Dataset, name: str) -> State:
     name
         Name of the attractor, such as "1-1-1 a".
     """
-    import xarray as xr
-
     check_kind("basins", basins, xr.Dataset, "a Dataset, as vi.basins gives")
     if "name" not in basins or "attractor_position" not in basins:
         raise InvalidParameterError("basins: have no attractors. Compute them with vi.basins.")

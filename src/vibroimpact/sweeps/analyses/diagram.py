@@ -9,18 +9,18 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.places import AtPhase, AtStop
-from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.observers.selection import describe
 from vibroimpact.sweeps.options import (
@@ -31,11 +31,8 @@ from vibroimpact.sweeps.options import (
     observers_of,
     together,
 )
-from vibroimpact.sweeps.starts import RandomStarts
+from vibroimpact.sweeps.starts import ListedStarts, RandomStarts
 from vibroimpact.sweeps.sweep import sweep
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Way = Literal["up", "down", "both"]
 WAYS = ("up", "down", "both")
@@ -144,8 +141,6 @@ def _followed(
     system: System, name: str, way: Way, start: State, requested: dict[str, Any]
 ) -> xr.Dataset:
     """One sweep per direction, the second from the end of the first."""
-    import xarray as xr
-
     directions = ("up", "down") if way == "both" else (way,)
     if len(directions) > 1 and requested["store"] is not None:
         raise InvalidParameterError(

@@ -19,11 +19,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from string import ascii_lowercase
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats, Integers, Rows
 from vibroimpact.attractors.classify import Attractor, classify
 from vibroimpact.attractors.matching import (
@@ -39,10 +40,7 @@ from vibroimpact.simulation.places import At, AtStop
 from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
-from vibroimpact.sweeps.states import States
-
-if TYPE_CHECKING:
-    import xarray as xr
+from vibroimpact.sweeps.starts import States
 
 Words = NDArray[np.str_]
 
@@ -54,26 +52,14 @@ FEW_MEMBERS = 64  # so many members in flight, or fewer, are extended in any cas
 
 @dataclass(frozen=True)
 class LabelledAttractor:
-    """Attractor of an ensemble.
+    """Attractor of an ensemble."""
 
-    Attributes
-    ----------
-    kind
-        "periodic", "quasiperiodic", "chaotic", "undecided", "without impacts".
-    word
-        Its name without the letter: n-p-q, or the kind.
-    state
-        A state on it.
-    exponent
-        Largest Lyapunov exponent per unit of time; nan where there is none.
-    attractor
-        Result of ``classify``, if it was called.
-    """
-
-    kind: str
-    word: str
-    state: State
+    kind: str  # "periodic", "quasiperiodic", "chaotic", "undecided", "without impacts"
+    word: str  # its name without the letter: n-p-q, or the kind
+    state: State  # a state on it
+    # largest Lyapunov exponent per unit of time; nan where there is none
     exponent: float = float("nan")
+    # result of `classify`, if it was called
     attractor: Attractor | None = field(default=None, repr=False)
 
 
@@ -320,8 +306,6 @@ def _coded(
     labels: Labels, codes: xr.DataArray
 ) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...]]:
     """Sort the attractors by their numbers of members, and name them."""
-    import xarray as xr
-
     counts = np.bincount(labels.values[labels.values >= 0], minlength=len(labels.found))
     order = np.argsort(-counts, kind="stable")
     rank = np.empty(len(order) + 1, dtype=np.int64)

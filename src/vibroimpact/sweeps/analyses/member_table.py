@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Flags, Floats, Integers, Rows
 from vibroimpact.attractors.classify import rest_on_stops
 from vibroimpact.attractors.matching import observed_section, scale_of, strobe_symbols
@@ -17,10 +18,7 @@ from vibroimpact.model.state import STATE
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, motions, symbol, symbols_of
-from vibroimpact.sweeps.states import States
-
-if TYPE_CHECKING:
-    import xarray as xr
+from vibroimpact.sweeps.starts import States
 
 Numbers = NDArray[Any]
 

@@ -13,19 +13,17 @@ not computed    in a store: the tile is missing
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Integers
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.simulation.lyapunov import LEAST_GROWTH
 from vibroimpact.sweeps.member_status import NOT_COMPUTED
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NOT_PERIODIC, CHAOTIC, NO_IMPACTS = -1, -2, -3
 BELOW = -3  # statuses have the codes below: BELOW - end
@@ -63,8 +61,6 @@ def motions(members: xr.Dataset) -> xr.DataArray:
         Integer codes with the dims of ``end``; ``flag_values`` and ``flag_meanings`` hold their
         meanings (CF conventions: words joined by underscores, separated by blanks).
     """
-    import xarray as xr
-
     end = members["end"].values.astype(np.int64)
     of_each = symbols_of(members)
     periodic = np.asarray(of_each[..., 1:].any(axis=-1))

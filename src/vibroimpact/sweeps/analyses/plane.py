@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core.checks import check_kind, share, shown
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.attractors.classify import rest_on_stops
 from vibroimpact.attractors.matching import (
@@ -42,9 +43,6 @@ from vibroimpact.sweeps.options import (
 )
 from vibroimpact.sweeps.starts import Many
 from vibroimpact.sweeps.sweep import sweep
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 COUNTED_POINTS = 16  # so many points of each member are counted
 EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'
@@ -224,8 +222,6 @@ def _counted(
     system: System, members: xr.Dataset, over: list[str], at: AtStop | AtPhase, tolerance: float
 ) -> xr.DataArray:
     """Number of attractors at every point of the parameters."""
-    import xarray as xr
-
     codes = motions(members)
     shape = [members.sizes[name] for name in over]
 

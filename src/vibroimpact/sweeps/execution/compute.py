@@ -34,7 +34,7 @@ from vibroimpact.sweeps.execution.tiles import Tile
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.plan import Plan
-from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.starts import States
 
 Done = tuple[Tile, Arrays]
 

@@ -19,19 +19,17 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.checks import path_of, refusal
 from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError, StoreError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
 from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 MOST_SHOWN_DIFFERENCES = 6  # a message lists so many differences between two specifications at most
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
@@ -101,8 +99,6 @@ class Store:
 
     def dataset(self) -> xr.Dataset:
         """The results, read when they are wanted."""
-        import xarray as xr
-
         whole: xr.Dataset = xr.open_zarr(self.path, consolidated=False)
         return whole[list(self.schema.variables)]
 
