@@ -125,7 +125,7 @@ def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixtur
 def test_a_grid_of_starts_is_that_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["sweep", CASE, "--over", "omega=1.1", "--grid", "x1=-1:2:3", "--grid", "v2=0,3"]
     out = said([*argv, *SHORT, "--out", "s.nc"], capsys)
-    assert "omega 1.1 to 1.1 (1), x1 -1 to 2 (3), v2 0 to 3 (2)\n6 members: 6 ok" in out
+    assert "omega 1.1, x1 -1 to 2 (3), v2 0 to 3 (2)\n6 members: 6 ok" in out
     starts = vi.GridStarts({"x1": [-1.0, 0.5, 2.0], "v2": [0.0, 3.0]}, MIDDLE)
     expected = vi.sweep(SET_A, over={"omega": [1.1]}, start=starts, **WINDOW)
     xr.testing.assert_equal(opened("s.nc"), expected)
