@@ -17,6 +17,9 @@ PAPERS  := $(shell find papers -type f -not -name '*.py[co]')
 HEADERS := $(shell find include src/decouple -name '*.hpp')
 CXXCODE := $(shell find include src tests benchmarks -name '*.[ch]pp' 2>/dev/null)
 
+# The package is imported by hundreds of processes: what is compiled for the first is kept for the others.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help build reproduce test test-all lint format stubs bench clean
@@ -31,7 +34,7 @@ help:
 	@echo 'make build       make .venv and install the package into it'
 	@echo 'make lint        check format, style and types'
 	@echo 'make format      reformat the sources'
-	@echo 'make stubs       rewrite the type stubs of the extension module and the observers'
+	@echo 'make stubs       rewrite the type stubs of the extension module, the observers and the machines'
 	@echo 'make bench       measure speed against other programs'
 	@echo 'make clean       remove .venv, caches and $(OUT)/'
 	@echo
@@ -61,9 +64,11 @@ lint: build $(VENV)/.lint
 	@echo '== lint: clang-format'
 	@$(BIN)/clang-format --dry-run --Werror $(CXXCODE)
 	@echo '== lint: clang-tidy'
-	@printf '%s\n' $(HEADERS) | xargs -P $(JOBS) -n 8 sh -c \
-	  '$(BIN)/clang-tidy --quiet "$$@" -- -x c++ -std=c++20 -Iinclude' tidy 2>$(VENV)/tidy.log || { \
-	  grep -v Processing $(VENV)/tidy.log; exit 1; }
+# All headers as one program: each is read once, not with every other that includes it.
+	@printf '#include "%s"\n' $(HEADERS) > $(VENV)/headers.cpp
+	@$(BIN)/clang-tidy --quiet --config-file=.clang-tidy $(VENV)/headers.cpp -- \
+	  -std=c++20 -I. -Iinclude -Xclang -analyzer-opt-analyze-headers 2>$(VENV)/tidy.log || { \
+	  cat $(VENV)/tidy.log; exit 1; }
 	@echo '== lint: imports'
 	@PYTHONPATH=src:papers/src $(BIN)/lint-imports --no-logo > $(VENV)/imports.log || { cat $(VENV)/imports.log; exit 1; }
 	@echo '== lint: mypy'
@@ -83,7 +88,7 @@ STUBGEN = $(BIN)/python -m nanobind.stubgen --quiet -m \
   $$($(BIN)/python -c 'from vibroimpact import _kernel; print(_kernel._module.__name__)')
 stubs: build $(VENV)/.lint
 	@$(STUBGEN) -o src/vibroimpact/_kernel.pyi
-	@$(BIN)/python tools/observer_stub.py
+	@$(BIN)/python tools/name_stubs.py
 
 clean:
 	@rm -rf $(VENV) build dist '$(OUT)' .pytest_cache .mypy_cache .ruff_cache .hypothesis

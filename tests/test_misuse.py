@@ -122,6 +122,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
     contact, swing = vi.RigidStop((1.0,), upper=1.0), vi.Harmonic(1.0, (0.1,))
     run = vi.simulate(damper, state, impacts=20)
+    chain = vi.Structure.chain([1.0, 1.0], [1.0, 1.0])
+    for name in ("mass", "stiffness"):
+        np.save(folder / f"{name}.npy", np.eye(4))
     relay = vi.HybridSystem(
         modes={"on": vi.LinearMode([[-1.0]], [3.0])}, guards={"top": vi.LinearGuard([1.0], 9.0)},
         transitions=(vi.Transition("on", "top", "rising", "on"),),
@@ -135,6 +138,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     few = vi.Steps(first=0.02, largest=0.5, points=12)
     steps = vi.Steps(first=0.02, largest=0.5, points=200)
     branch = vi.continue_orbit(orbit, "omega", (1.0, 1.21), steps=steps)
+    short = vi.continue_orbit(orbit, "omega", (1.19, 1.21), steps=few)
     diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), points=2, steps=few)
     over, two = {"omega": [1.1, 1.2]}, {"omega": [1.1, 1.2], "zeta": [0.04, 0.05]}
     axes = {"x1": [-1.0, 1.0], "v2": [0.5, 1.0]}
@@ -148,7 +152,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     circle = vi.find_circle(spin, (1.0, 0.0, 0.0), p=0.9, settle_iterates=500, points=500)
     family = vi.continue_circle(circle, "p", (0.8, 1.1))
     file = folder / "branch.nc"
-    vi.save(branch, file)
+    vi.save(short, file)
     around = ((1.0, 1.21), (4.0, 6.0))
     curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
     torus = torus_of_a_map()
@@ -248,6 +252,33 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
                 "forces": (vi.Harmonic(1.0, (1.0,)),), "constant_force": (0.0,),
                 "elements": (contact, vi.Friction((1.0,), 0.1)),
             },
+        ),
+        "Structure": (
+            vi.Structure,
+            {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]], "places": {"x": (1.0,)}},
+        ),
+        "Structure.chain": (
+            vi.Structure.chain,
+            {"masses": [1.0, 1.0], "stiffnesses": [1.0, 1.0], "dampings": [0.1, 0.1]},
+        ),
+        "Structure.of_modes": (
+            vi.Structure.of_modes,
+            {"frequencies": [1.0], "shapes": {"x": (1.0,)}, "zeta": 0.01, "masses": [1.0]},
+        ),
+        "Structure.of_matrices": (
+            vi.Structure.of_matrices,
+            {"mass": np.eye(4), "stiffness": np.eye(4), "places": {"x": 0}, "modes": 2, "zeta": 0.01},
+        ),
+        "Structure.of_files": (
+            vi.Structure.of_files,
+            {"mass": folder / "mass.npy", "stiffness": folder / "stiffness.npy", "places": {"x": 0},
+             "modes": 2, "zeta": 0.01},
+        ),
+        "Structure.row": (chain.row, {"place": "x1", "other": "x2"}),
+        "Structure.mechanism": (
+            chain.mechanism,
+            {"elements": [vi.RigidStop((1.0, 0.0), upper=1.0)],
+             "forces": {"x1": vi.Harmonic(1.0, (1.0,))}, "constant_force": {"x1": 0.1}},
         ),
         "State": (vi.State, {"position": (0.0,), "velocity": (0.0,), "phase": 0.0}),
         "State.perturbed": (state.perturbed, {"amount": 0.1}),
@@ -411,8 +442,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "bifurcation_atlas": (
             vi.bifurcation_atlas,
-            {"orbit": closed, "parameters": PLANE, "bounds": around, "touches": False, "depth": 0,
-             "most_curves": 1, "steps": few, "progress": False},
+            {"orbit": closed, "parameters": PLANE, "bounds": ((1.15, 1.21), (4.8, 5.2)),
+             "touches": False, "depth": 0, "most_curves": 1, "steps": few, "progress": False},
         ),
         "tongue": (
             vi.tongue, {"point": torus["1/5_1"], "bounds": None, "steps": few, "progress": False},
@@ -668,10 +699,10 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
         "free_decay": (
             vi.free_decay,
             {"system": damper, "start": {"v1": 1.0}, "row": "x1", "to": 0.1, "rest": None,
-             "t_max": 20.0},
+             "t_max": 5.0},
         ),
         "free_decay, start": (
-            lambda v1: vi.free_decay(damper, {"v1": v1}, t_max=20.0), {"v1": 1.0},
+            lambda v1: vi.free_decay(damper, {"v1": v1}, t_max=5.0), {"v1": 1.0},
         ),
         "FreeDecay.to_dataset": (decay.to_dataset, {"points": 10}),
         "FreeDecay.plot": (decay.plot, {"ax": None}),
@@ -720,7 +751,9 @@ NAMES = [
     "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "RigidStop",
     "SoftStop", "Friction", "NormalLoad", "PhaseSwitch", "HybridSystem", "LinearMode",
     "LinearGuard", "Transition", "simulate_hybrid", "HybridRun.at",
-    "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family",
+    "Harmonic", "Mechanism", "Structure", "Structure.chain", "Structure.of_modes",
+    "Structure.of_matrices", "Structure.of_files",
+    "Structure.row", "Structure.mechanism", "State", "State.perturbed", "Steps", "Family",
     "ExplicitMap", "ExplicitMap.__call__", "ExplicitMap.derivative", "ExplicitMap.linearised",
     "ExplicitMap.forms", "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian",
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",

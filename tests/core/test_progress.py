@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import io
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import pytest
@@ -66,11 +67,13 @@ PLANE = ("omega", "half_clearance"), ((0.9, 1.0), (4.5, 5.5))
 FEW = Steps(points=13)
 
 
+@cache
+def point() -> vi.BifurcationPoint:
+    return vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0))["NS1"]
+
+
 def one_curve(progress: Any) -> None:
-    point = vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), progress=False)[
-        "NS1"
-    ]
-    vi.continue_bifurcation(point, *PLANE, steps=FEW, progress=progress)
+    vi.continue_bifurcation(point(), *PLANE, steps=FEW, progress=progress)
 
 
 @pytest.mark.parametrize(
@@ -80,7 +83,7 @@ def one_curve(progress: Any) -> None:
             vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), steps=FEW, progress=progress
         ),
         lambda progress: vi.bifurcation_atlas(
-            vi.symmetric_orbits(DAMPER)[0], *PLANE, steps=FEW, depth=0, progress=progress
+            vi.symmetric_orbits(DAMPER)[0], *PLANE, steps=FEW, depth=0, most_curves=1, progress=progress
         ),
         lambda progress: vi.branch_diagram(
             vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), depth=0, points=0,

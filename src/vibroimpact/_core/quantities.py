@@ -14,6 +14,7 @@ UNITS = {  # of quantities, in SI
     "energy": "J",
     "power": "W",
     "mass": "kg",
+    "unbalance": "kg m",
     "stiffness": "N/m",
     "damping": "N s/m",
 }

@@ -74,7 +74,7 @@ class BifurcationCurve(Result):
 
     @property
     def ends(self) -> tuple[End, End]:
-        """Why the curve ended before its start and after it."""
+        """Reasons why the curve ended, before its start and after it."""
         return self.curve.ends
 
     def orbit(self, index: int) -> Any:
@@ -84,7 +84,7 @@ class BifurcationCurve(Result):
 
     @property
     def angle(self) -> Floats:
-        """For NS: the angle of the critical multiplier in turns, in [0, 1/2]; NaN on neutral saddles; shape (n,)."""
+        """Angle of the critical multiplier of NS in turns, in [0, 1/2]; NaN on neutral saddles; shape (n,)."""
         if self.record.critical != (None,):
             return np.full(len(self), np.nan)
         tests = self.curve.tests[COSINE]
@@ -123,7 +123,7 @@ class BifurcationCurve(Result):
 
 
 def _coefficients(point: BifurcationPoint) -> list[str]:
-    """Coefficients and what is born in words, or why there are none; weak resonances and touches have none."""
+    """Text of the coefficients and of what is born, or why there are none; empty for weak resonances and touches."""
     form = point.normal_form
     if isinstance(form, Refusal):
         none = not point.record.critical

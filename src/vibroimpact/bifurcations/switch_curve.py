@@ -65,7 +65,7 @@ Starts = Callable[[float], Iterable[Born]]  # of a curve, at a distance
 
 
 class Options(NamedTuple):
-    """How curves are followed."""
+    """Options with which curves are followed."""
 
     bounds: Both
     steps: Steps | None

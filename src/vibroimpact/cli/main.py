@@ -19,6 +19,8 @@ from vibroimpact._core.words import OF_ARGUMENTS, OF_COMMANDS, meant
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 COMMANDS = {  # a file of this folder each
+    "machines": "list the machines of the catalogue, with a gallery of their pictures",
+    "show": "show a machine: equations, parameters, units, defaults, source, and what to try",
     "reproduce": "redo every figure and number of a publication, with a verdict on each",
     "simulate": "simulate a motion and record every impact",
     "classify": "say on what a motion settles: periodic, quasiperiodic or chaotic, with its exponent",
@@ -165,7 +167,7 @@ class _Command(_Parser):
     def _complete(self, words: Sequence[str]) -> None:
         if self.epilog:
             return
-        from vibroimpact.cli.machines import machine_in_words  # loads numpy
+        from vibroimpact.cli.machine_words import machine_in_words  # loads numpy
 
         module = module_of((self.prog or "").split()[-1])
         self.epilog = f"example:\n{module.EXAMPLE}"

@@ -1,4 +1,4 @@
-"""What a command writes: data to netCDF or CSV, pictures by matplotlib, pages of HTML, all files or none."""
+"""Files of a command: data in netCDF or CSV, pictures, pages of HTML; all of them or none."""
 
 from __future__ import annotations
 

@@ -575,7 +575,7 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     contacts = len(m.rigid_stops)
     resting = {stop for code in codes for stop in closed_from_code(code % 3**contacts, contacts)}
     for number, code in enumerate(codes):
-        mode = pieces.mode(code)
+        mode = pieces.prescribed_mode(code)
         flow = cast(Any, mode.coordinates.flow)
         b, constant = _array(flow["b"]), _array(flow["constant"])
         guards, speeds = tuple(ends.of(mode, number)), _speeds(pieces, mode)

@@ -159,7 +159,7 @@ class Determinant(NamedTuple):
 
 
 def determinant(node: Node, row: Floats) -> Determinant:
-    """Det [J; row], which changes its sign at a simple branch point.
+    """Determinant of [J; row], which changes its sign at a simple branch point.
 
     The units of F are in the exponent alone: rows of J are divided by powers of two near their sizes.
     """

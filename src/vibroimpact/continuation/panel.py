@@ -246,7 +246,7 @@ def _noise(problem: Scaled, node: Node, row: Floats) -> float:
 
 
 def _demand(f: Expansion, tolerance: float, noise: float = 0.0) -> float:
-    """Tail over allowed tail (2); 0 for a function that no shorter panel would resolve better."""
+    """Ratio of the tail to the allowed tail (2); 0 for a function that no shorter panel would resolve better."""
     if not np.all(np.isfinite(f.values)):
         return 0.0
     size = float(np.abs(f.values).max())

@@ -140,7 +140,7 @@ class Walk:
 
     @property
     def stopped_early(self) -> bool:
-        """Whether it stopped on a curve that can be continued."""
+        """Whether the walk stopped on a curve that can be continued."""
         reason = None if self.end is None else self.end.reason
         return bool(self.stretches) and reason in (Stopped.POINTS, Stopped.STEP)
 

@@ -31,7 +31,7 @@ class DesignMap(Result):
     Attributes
     ----------
     system, objective
-        What is judged, and by what.
+        The machine that is judged, and the objective.
     axes
         Values of the two parameters, by name.
     value
@@ -74,7 +74,7 @@ class DesignMap(Result):
 
     @property
     def label(self) -> str:
-        """The objective in words."""
+        """Text of the objective: "worst amplitude of x1 over omega"."""
         return label_of(self.judge)
 
     def to_dataset(self) -> xr.Dataset:

@@ -78,7 +78,7 @@ class Objective:
     starts
         Random starts at each of them, >= 1, the same for all machines.
     seed
-        Of the random starts.
+        Seed of the random starts.
     settle_periods, periods
         Forcing periods before, and while, motions are observed.
     unit

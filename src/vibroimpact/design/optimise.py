@@ -80,7 +80,7 @@ class Sensitivity(NamedTuple):
     # whether it is that of a periodic orbit; else it is a central difference, next to a bound of a place two steps
     # inside, 1 % of the bounds
     exact: bool
-    error: float  # of a difference: how much one of twice the step differs. 0 where it is exact
+    error: float  # difference from the result of twice the step; 0 where the derivative is exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class Design(Result):
     value
         Its objective.
     machines
-        How many machines were tried.
+        Number of machines that were tried.
     why_stopped
         A sentence.
     interrupted
@@ -226,7 +226,7 @@ class Design(Result):
 
     @property
     def label(self) -> str:
-        """The objective in words, with whether it was made small or large."""
+        """Text of the objective: "worst amplitude of x1 over omega"."""
         return label_of(self.judge)
 
     def __repr__(self) -> str:
@@ -252,7 +252,7 @@ class Design(Result):
 
 
 def label_of(judge: Judge) -> str:
-    """An objective in words."""
+    """Text of an objective: "worst amplitude of x1 over omega"."""
     return f"{judge.objective.kind} {judge.measure.label} over {judge.band.parameter}"
 
 
@@ -284,7 +284,7 @@ def optimise(
         Functions of a dictionary of the varied parameters that must be >= 0:
         ``lambda p: 0.1 - p["mass_ratio"]``.
     seed
-        Of the search; with that of the objective it determines the result to the last bit.
+        Seed of the search; with that of the objective it determines the result to the last bit.
     budget
         Machines that the search tries, at most, >= 32; the last
         improvements try 25 per parameter more, or a twentieth of the budget, but at most a quarter of it.
@@ -313,7 +313,7 @@ def optimise(
         that it does not have; an objective that is the same for all machines; constraints that no
         machine satisfies; a store of another search.
     KeyboardInterrupt
-        Before the first generation is complete.
+        Ctrl-C before the first generation is complete.
 
     Notes
     -----
@@ -367,7 +367,7 @@ def optimise(
 
 
 def _evolve(search: Search, seed: int, budget: int) -> str:
-    """Differential evolution; why it stopped."""
+    """Run differential evolution; return why it stopped."""
     from scipy.optimize import differential_evolution
 
     low, high = search.variables.low, search.variables.high
@@ -417,7 +417,7 @@ def _refuse_constant(search: Search) -> None:
 
 
 def _refined(search: Search, budget: int) -> str:
-    """The finer judge of the best machines, and the last improvements of the best; how it ended."""
+    """Judge the best machines more finely, and improve the best of them; return how it ended."""
     finalists = search.finalists(MOST_FINALISTS, FINALIST_DISTANCE_OF_BOUNDS)
     search.level = 1
     search(finalists)
@@ -437,7 +437,7 @@ def _refined(search: Search, budget: int) -> str:
 
 
 def _simplex(search: Search, left: int) -> str:
-    """The simplex method from the best machine; how it ended."""
+    """Run the simplex method from the best machine; return how it ended."""
     from scipy.optimize import minimize
 
     low, high = search.variables.low, search.variables.high

@@ -60,7 +60,7 @@ class ParetoFront(Result):
     values
         Both objectives, shape (k, 2).
     machines
-        How many were tried.
+        Number of machines that were tried.
     interrupted
         Whether ``KeyboardInterrupt`` ended the search; the front until then is kept.
     """
@@ -84,7 +84,7 @@ class ParetoFront(Result):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The objectives in words."""
+        """Texts of the objectives."""
         return tuple(map(label_of, self.judges))
 
     def to_dataset(self) -> xr.Dataset:

@@ -32,7 +32,7 @@ class Population:
 
     @property
     def count(self) -> int:
-        """How many machines."""
+        """Number of machines."""
         return len(next(iter(self.columns.values())))
 
     @property

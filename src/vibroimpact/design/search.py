@@ -1,4 +1,4 @@
-"""What a search for a design varies, what it may not, and every machine that it has tried.
+"""Search for a design: parameters that vary, constraints, and every machine that was tried.
 
 Method      Every machine that a search asks for is kept in the order of the questions, with its
             value. A search that is repeated with the same seed asks the same questions, and those
@@ -189,7 +189,7 @@ class Search:
         return dict(zip(self.variables.names, row.tolist(), strict=True))
 
     def violations(self, row: Floats) -> list[float]:
-        """How far each constraint is from holding: 0 where it does."""
+        """Amount by which each constraint is violated: 0 where it holds."""
         return violations_of(self.constraints, self.parameters(row))
 
     def _computed(self, table: Floats) -> Floats:
@@ -251,7 +251,7 @@ def constraints_of(constraints: Any) -> tuple[Constraint, ...]:
 
 
 def violations_of(constraints: Sequence[Constraint], parameters: dict[str, float]) -> list[float]:
-    """How far each constraint is from holding: 0 where it does."""
+    """Amount by which each constraint is violated: 0 where it holds."""
     return [max(0.0, -_value_of(one, parameters)) for one in constraints]
 
 

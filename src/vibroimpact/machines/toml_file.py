@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from vibroimpact._core.checks import names_arguments, path_of, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
@@ -155,11 +155,7 @@ def _system(path: Any, name: str, table: Any) -> Any:
     if isinstance(table, dict) and [*table] == [PHYSICAL]:
         physical, name, table = PHYSICAL, f"{name}.{PHYSICAL}", table[PHYSICAL]
     if physical:
-        if not hasattr(make, "from_physical"):
-            raise InvalidParameterError(
-                f"config = {path}: [{name}]: has no SI units. Give [{machine}]."
-            )
-        make = make.from_physical
+        make = cast(Any, make).from_physical
     return _built(path, f"[{name}]", make, table)
 
 
@@ -265,10 +261,11 @@ def _built(path: Any, where: str, make: Callable[..., Any], table: Any) -> Any:
             f"config = {path}: {where} must be a table of names and values."
         )
     names = inspect.signature(make).parameters
-    missing = [n for n, p in names.items() if p.default is p.empty and n not in table]
+    free = any(p.kind is p.VAR_KEYWORD for p in names.values())
+    missing = [n for n, p in names.items() if not free and p.default is p.empty and n not in table]
     try:
         for name in table:
-            if name not in names and not isinstance(make, type):  # classes have better messages
+            if not (free or name in names or isinstance(make, type)):  # which have better messages
                 raise unknown_keyword(where, name, [*names])
         if missing and not table.keys() - names:
             raise InvalidParameterError(f"{', '.join(missing)}: missing.")

@@ -41,7 +41,8 @@ def quantities_of(system: object) -> dict[str, Quantity]:
     """Quantities of the parameters of a system; numbers without dimension are left out."""
     if not is_dataclass(system):
         return {}
-    return {f.name: f.metadata["quantity"] for f in fields(system) if "quantity" in f.metadata}
+    found = {f.name: f.metadata.get("quantity", Quantity()) for f in fields(system)}
+    return {name: one for name, one in found.items() if one.quantity or one.label}
 
 
 def of_path(path: str) -> str:

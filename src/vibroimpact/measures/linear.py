@@ -43,7 +43,7 @@ class FreeMotion:
     """Steady motion of a forced machine without impacts, all stops open."""
 
     system: System
-    # what is added to coordinates along which nothing holds the machine, shape (n,): a free mass stands anywhere
+    # displacement along which nothing holds the machine, shape (n,): a free mass stands anywhere
     offset: Floats = field(repr=False)
 
     @property
@@ -98,7 +98,7 @@ class FreeMotion:
 
     @property
     def stable(self) -> bool:
-        """Whether it is admissible and motions near it settle on it, but for free masses."""
+        """Whether the motion is admissible and others settle on it, but for free masses."""
         return self.admissible and self.settles
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Measures: what is said about a steady motion in one number.
+"""Measures: one number about a steady motion.
 
 A measure is taken of a sweep, whatever the motion is, by observers that run with it; of a periodic
 orbit exactly, with its derivative along the branch of the orbit (flights.py, where the method is).
@@ -64,7 +64,7 @@ class Measure(ABC):
     Attributes
     ----------
     label
-        What it is, in words.
+        Its name for axes and reports, as in "amplitude of x1".
     dimension
         Quantity by which it has a unit: a key of machines/units.py, "" for a plain number.
     observers
@@ -79,11 +79,11 @@ class Measure(ABC):
     @property
     @abstractmethod
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
 
     @property
     def dimension(self) -> str:
-        """Quantity by which it has a unit."""
+        """Quantity that gives its unit: "length", "power"; "" for a plain number."""
         return self.DIMENSION
 
     @property
@@ -93,7 +93,7 @@ class Measure(ABC):
 
     @abstractmethod
     def _of(self, flights: Flights) -> Jet:
-        """Value and derivative."""
+        """Value of the measure with its derivative, of the flights of a motion."""
 
     def _check(self, m: Mechanism) -> None:  # noqa: B027 - most have nothing to refuse
         """Refuse a mechanism that has no such row or part."""
@@ -250,7 +250,7 @@ class _OfRow(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"{self.KIND} of {self.text}"
 
     @property
@@ -277,7 +277,7 @@ class _OfRow(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """That of the row; where none holds it, the end of the run, from which members go on."""
+        """Observer of the row; of velocities and the like the state at the end, from which members go on."""
         if self.OBSERVER is None or self.derivatives:
             return super().observers
         row = self.coefficients(self._bound)
@@ -405,7 +405,7 @@ class Harmonic(_OfRow):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"harmonic {self.harmonic:g} of {self.text}"
 
     def _check(self, m: Mechanism) -> None:
@@ -443,7 +443,7 @@ class Transmissibility(Amplitude):
 
     @property
     def dimension(self) -> str:
-        """A plain number."""
+        """No quantity: a plain number."""
         return ""
 
     def _check(self, m: Mechanism) -> None:
@@ -547,7 +547,7 @@ class DissipatedPower(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
         return f"dissipated power{'' if self.part is None else whose}"
 
@@ -559,7 +559,7 @@ class DissipatedPower(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Impacts, elements, or the final state from which a member is run on."""
+        """Observers of impacts and elements, or of the final state from which a member is run on."""
         return self._observers(self._bound)
 
     def _observers(self, m: Mechanism) -> tuple[Observer, ...]:
@@ -642,7 +642,7 @@ class ContactForce(_OfPart):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"largest force{self._whose}"
 
     def _check(self, m: Mechanism) -> None:
@@ -687,7 +687,7 @@ class Impulse(_OfPart):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"largest impulse{self._whose}"
 
     def _check(self, m: Mechanism) -> None:
@@ -700,7 +700,7 @@ class Impulse(_OfPart):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Speeds, where they give the impulses; else the final state."""
+        """Observer of speeds, where they give the impulses; else of the final state."""
         return (Speeds(),) if _alike(self._bound) else (Final(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
@@ -746,7 +746,7 @@ class ImpactSpeed(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"{self.kind} impact speed"
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
@@ -773,7 +773,7 @@ class ImpactRate(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return "impacts per unit of time"
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
@@ -967,7 +967,7 @@ def _per_system(
 def _each(
     members: xr.Dataset, system: System, of: Callable[[System, xr.Dataset, float], float]
 ) -> xr.DataArray:
-    """A number of each member."""
+    """Compute a number of each member, one after the other."""
     like = members["end"]
     names, periods = _swept(members), float(members.attrs["periods"])
     system = _held(members, system)

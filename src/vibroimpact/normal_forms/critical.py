@@ -170,12 +170,12 @@ def distance(values: Complexes, target: float | None) -> Floats:
 
 
 def described(target: float | None) -> str:
-    """The multiplier sought, in words."""
+    """Text of the multiplier sought."""
     return "a pair on the unit circle" if target is None else f"a multiplier {target:+.0f}"
 
 
 def listed(values: Complexes) -> str:
-    """Multipliers, in words."""
+    """Text of several multipliers."""
     return ", ".join(f"{value:.9g}" for value in values)
 
 

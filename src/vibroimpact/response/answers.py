@@ -1,4 +1,4 @@
-"""What a machine settles on over a band: simulated up, down, from many starts; equal motions joined.
+"""Answers: motions on which a machine settles over a band, simulated up, down, and from many starts.
 
 Method      Members of :func:`~vibroimpact.sweep` at every value of a parameter: one motion followed
             upwards, then downwards, and one from each random start. Members at one value are one
@@ -123,7 +123,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Simulation:
-    """How the answers of simulation are found.
+    """Simulation that finds the answers at each value of a parameter.
 
     Attributes
     ----------

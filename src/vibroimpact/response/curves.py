@@ -48,14 +48,14 @@ class ResponseCurve:
     Attributes
     ----------
     symbol
-        Of its motions.
+        Symbol of its motions.
     name
-        Of the parameter.
+        Name of the parameter.
     parameter, value, derivative
-        At the points in order along the branch, shape (m,); derivatives of the value by the
+        Numbers at the points in order along the branch, shape (m,); derivatives of the value by the
         parameter along the branch, NaN where there is none.
     stability
-        Of the stretch from each point to the next, shape (m - 1,): 0 stable, 1 unstable, 2 not
+        Stability from each point to the next, shape (m - 1,): 0 stable, 1 unstable, 2 not
         admissible.
     special_points
         :class:`~vibroimpact.BifurcationPoint` of the branch; of the motion without impacts those at which it grazes.
@@ -176,7 +176,7 @@ class ResponseCurve:
 
 
 def likeness(motion: str, symbol: str) -> float:
-    """How near, relative to all values, a simulated motion must be to an orbit that it is; 0: never.
+    """Distance, relative to all values, within which a simulated motion counts as an orbit; 0 for never.
 
     One that is not periodic may be on its way to the orbit.
     """

@@ -88,7 +88,7 @@ class Response(Result):
     band
         :class:`Band`: parameter, range, unit of the user.
     measure
-        What is measured.
+        The measure of every motion.
     curves
         :class:`ResponseCurve`, the motion without impacts first, if it exists.
     values
@@ -395,7 +395,7 @@ def frequency_response(
     start
         Start of the motion that is followed up and down; by default the machine's free start.
     seed
-        Of the random starts.
+        Seed of the random starts.
     settle_periods, periods
         Forcing periods before, and while, motions are observed.
     most_branches

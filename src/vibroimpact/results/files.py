@@ -47,7 +47,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     InvalidParameterError
-        What is no result, another suffix, no such folder, no permission.
+        An object that is no result, another suffix, no such folder, no permission.
     """
     target = path_of("path", path)
     check_target(target, SUFFIXES, "path")

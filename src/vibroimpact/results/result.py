@@ -1,4 +1,4 @@
-"""What every result has, from the declaration of its fields: a dataset, a table, a picture."""
+"""Base class of results: dataset, table and picture follow from the declaration of the fields."""
 
 from __future__ import annotations
 

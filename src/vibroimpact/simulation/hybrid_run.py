@@ -309,7 +309,7 @@ class _Raw:
     def _stops(
         self, k: int, count: int, whole: dict[str, Any], modes: Codes, y: Floats, span: Floats
     ) -> str:
-        """Why the motion cannot go on from an event, or nothing."""
+        """Reason why the motion cannot go on from an event; "" where it can."""
         given, watch = self.given, int(whole["contact"][k])
         if watch >= 0 and whole["status"][k] == Status.CHANGE and given.watches[watch].unclear:
             return given.watches[watch].unclear

@@ -9,7 +9,7 @@ NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store
 
 
 class MemberStatus(Reason):
-    """Reason for the end of a member's run; ``sentence`` gives it in words."""
+    """Reason for the end of a member's run, with a ``sentence``."""
 
     OK = 0, "the end of the window was reached"
     MAX_IMPACTS = (

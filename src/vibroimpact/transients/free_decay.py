@@ -69,7 +69,7 @@ class FreeDecay(Result):
     system
         The machine.
     row
-        What decays, such as "x1".
+        Row that decays, such as "x1".
     to
         Part of :attr:`reference` below which it has to stay.
     rest
@@ -89,7 +89,7 @@ class FreeDecay(Result):
 
     @property
     def end(self) -> RunEnd:
-        """Why the simulation ended: HORIZON at ``t_max``."""
+        """Reason why the simulation ended: HORIZON at ``t_max``."""
         return self.run.end
 
     @property
@@ -231,7 +231,7 @@ def free_decay(
     start
         A state; or coordinates and velocities by name, the others zero, ``{"v1": 0.5}``.
     row
-        What has to decay: "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
+        Row that has to decay: "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
     to
         Part of the largest value without impacts, in (0, 1).
     rest

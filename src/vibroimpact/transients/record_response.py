@@ -71,7 +71,7 @@ class RecordResponse(Result):
 
     @property
     def end(self) -> RunEnd:
-        """Why the simulation ended."""
+        """Reason why the simulation ended."""
         return self.run.end
 
     @property
@@ -295,7 +295,7 @@ def simulate_record(
         State at the first sample; by default at rest with all
         coordinates zero.
     after
-        How long to go on after the last sample, without force.
+        Time to go on after the last sample, without force.
     own_forces
         Whether the harmonic forces and phase switches of the machine act, too. Stops and belts
         move in any case.

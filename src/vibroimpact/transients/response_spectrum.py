@@ -153,7 +153,7 @@ def response_spectrum(
         Distance from rest up to a stop and down to another one, >= 0; without stops infinite. The
         lower one is the same where left out.
     restitution
-        Of the stops, in [0, 1].
+        Restitution of the stops, in [0, 1].
     progress
         True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every oscillator that is simulated, with stops.

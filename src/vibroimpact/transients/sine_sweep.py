@@ -56,7 +56,7 @@ class SineSweep(Result):
     band
         The parameter, its range and unit.
     row
-        What was observed, such as "x1".
+        Row that was observed, such as "x1".
     periods_per_step
         Forcing periods of a step.
     members
@@ -189,7 +189,7 @@ def sine_sweep(
     bounds
         (low, high), low < high.
     row
-        What is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
+        Row that is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
     unit
         "Hz" for a band in hertz of a frequency in radians per second; by default that of the parameter.
     points
@@ -299,7 +299,7 @@ def _values(
 
 
 def _lasting(system: System, parameter: str, periods: int) -> Callable[[float], float]:
-    """How long a step lasts, by the value of the parameter."""
+    """Duration of a step, by the value of the parameter."""
     if is_frequency(system, parameter):
         return lambda value: periods * 2.0 * math.pi / value
     return lambda value: (

@@ -1,4 +1,4 @@
-"""Many systems of one kind, and the run of trajectories of theirs: the members of an ensemble.
+"""Batch of systems of one kind, and the run of its members.
 
 Method      Systems are compiled together (compile/many_systems.py) and handed to the kernel in parts of one
             structure; each part runs its members. Members whose pace sets their step
@@ -77,7 +77,7 @@ class Batch:
 
     @property
     def count(self) -> int:
-        """How many systems."""
+        """Number of systems."""
         return len(self.omegas)
 
     @property
@@ -214,7 +214,7 @@ def _run_once(batch: Batch, members: Members, observers: Sequence[Observer]) -> 
 
 
 def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
-    """Each part of the batch runs its members."""
+    """Run the members of each part of the batch."""
     part, count = batch.part[members.system], len(members.system)
     if count and np.all(part == part[0]):
         return _run_part(batch, part[0], members, observers)
@@ -232,7 +232,7 @@ def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Array
 
 
 def _run_part(batch: Batch, part: int, members: Members, observers: Sequence[Observer]) -> Arrays:
-    """Members whose systems are all of one part."""
+    """Run members whose systems are all of one part."""
     ratios = (batch.omegas / batch.omegas[:, :1])[members.system]
     raw = batch.kernels[part].run(
         system=batch.number[members.system].astype(np.int32),

@@ -60,7 +60,7 @@ def members_per_tile(size: int, cycles: float, member_bytes: int, along: int = 1
 
 
 def compiled_bytes(mechanism: Mechanism) -> int:
-    """Size of a compiled system, about: twice the tables of its modes, which is more than it needs.
+    """Rough size of a compiled system: twice the tables of its modes, which is more than it needs.
 
     What systems share is there once (tables.py).
     """

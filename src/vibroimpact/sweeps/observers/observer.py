@@ -1,4 +1,4 @@
-"""What an observer is: options, and the variables that it returns.
+"""Base class of observers: options, and the variables that they return.
 
 Each kind is a frozen dataclass in a file that has its name, and a header of the kernel that computes it
 (include/vibroimpact/observe/observer.hpp). The kernel's table says which there are, which options they
