@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import check_index
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Flags, Floats, Integers
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve
+from vibroimpact.machines.units import units_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import INSIDE, Result, along, rows
 
@@ -52,8 +53,8 @@ class Branch(Result):
     multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
     admissible: Flags = field(metadata=along("point"), repr=False)
     stable: Flags = field(metadata=along("point"), repr=False)
-    clearance: Floats = field(metadata=along("point"), repr=False)
-    impact_speed: Floats = field(metadata=along("point"), repr=False)
+    clearance: Floats = field(metadata=along("point", quantity="length"), repr=False)
+    impact_speed: Floats = field(metadata=along("point", quantity="velocity"), repr=False)
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     curve: Curve = field(metadata=INSIDE, repr=False)
     family: OrbitFamily = field(repr=False)
@@ -94,9 +95,12 @@ class Branch(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """Convert the branch to an xarray dataset: its points, and its special points."""
-        return (
-            super().to_dataset().assign_attrs(system=repr(self.family.system), symbol=self.symbol)
-        )
+        data = super().to_dataset()
+        units = units_of(self.family.system)
+        for name in ("values", "special_parameter"):
+            if name in data:
+                data[name].attrs |= units.attrs(units.quantity_of(self.parameter))
+        return data.assign_attrs(system=repr(self.family.system), symbol=self.symbol)
 
     def __repr__(self) -> str:
         found = counted(point.kind for point in self.special_points)
@@ -113,7 +117,7 @@ class Branch(Result):
 # ---- points and special points in order ------------------------------------------------------------
 
 
-class Stability(IntEnum):
+class Stability(NamedCode):
     """Stability of the orbits of a part of a branch, from stable to inadmissible."""
 
     STABLE = 0

@@ -9,9 +9,8 @@ from vibroimpact.cli.output import Done
 from vibroimpact.cli.response import BAND, add_band
 from vibroimpact.design.objective import Kind, Objective
 from vibroimpact.design.optimise import Design, optimise
-from vibroimpact.plotting.design_report import design_report
-from vibroimpact.plotting.report import PAGES
 from vibroimpact.response.response import frequency_response
+from vibroimpact.results.files import PAGES
 
 EXAMPLE = (
     "  vibroimpact design impact-damper/A --bounds half_clearance=1:20 --bounds restitution=0.3:0.9 "
@@ -36,7 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     common.add_arguments_of(group, Objective, JUDGED)
     common.add_arguments_of(group, optimise, SEARCHED)
-    common.add_arguments_of(group, design_report, ["title"])
+    common.add_title(group)
     common.add_out(parser, pages=PAGES)
 
 
@@ -55,6 +54,8 @@ def run(arguments: argparse.Namespace) -> Done:
 
 def _page(arguments: argparse.Namespace, best: Design) -> str:
     """The report: the best machine, and its response."""
+    from vibroimpact.plotting.design_report import design_report
+
     seen = best.objective
     response = frequency_response(
         best.system, seen.parameter, seen.bounds, measure=seen.measure, unit=seen.unit,

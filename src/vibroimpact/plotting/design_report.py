@@ -91,7 +91,7 @@ def _sensitivities(best: Design) -> Block:
     units, rows = units_of(best.system), []
     for name, value in best.parameters.items():
         words, symbol = parameter_words(name, units)
-        low, high, at_bounds = best.robust[name]
+        low, high, at_bounds = best.robust()[name]
         unit = best.units[name]
         ends = [
             f"{number(x, unit)}{' (bound)' if at else ''}"
