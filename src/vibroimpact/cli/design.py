@@ -11,7 +11,6 @@ from vibroimpact.design.objective import mean_over, worst_over
 from vibroimpact.design.optimise import Design, optimise
 from vibroimpact.plotting.design_report import design_report
 from vibroimpact.plotting.report import PAGES
-from vibroimpact.response.response import frequency_response
 
 EXAMPLE = (
     "  vibroimpact design impact-damper/A --vary half_clearance=1:20 --vary restitution=0.3:0.9 "
@@ -19,9 +18,6 @@ EXAMPLE = (
 )
 JUDGED = ("points", "starts", "settle_periods", "periods")
 SEARCHED = ("budget", "refine", "seed", "workers", "store")
-REPORT_VALUES = 60  # the response of the best machine in the report has so many values of the band
-REPORT_STARTS = 6  # it has so many starts at each
-REPORT_BRANCHES = 4  # it has so many branches at most
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -54,10 +50,7 @@ def run(arguments: argparse.Namespace) -> Done:
 
 def _page(arguments: argparse.Namespace, best: Design) -> str:
     """The report: the best machine, and its response."""
-    seen = best.objective
-    response = frequency_response(
-        best.system, seen.parameter, seen.band, measure=seen.measure, unit=seen.unit,
-        seed=seen.seed, number=REPORT_VALUES, starts=REPORT_STARTS, most=REPORT_BRANCHES,
-    )  # fmt: skip
     command = common.command_of(arguments)
-    return design_report(best, response, command=command, **common.given(arguments, ["title"]))
+    return design_report(
+        best, best.response(), command=command, **common.given(arguments, ["title"])
+    )

@@ -76,7 +76,7 @@ class Search:
     Attributes
     ----------
     judges
-        What is judged: for the search, and with more members for the last machines.
+        What is judged: of the search, and with more and more members for the last machines.
     variables
         What varies.
     constraints
@@ -85,7 +85,7 @@ class Search:
         File in which the record is kept, or None.
     report
         Called with (machines, best value) after every group of machines.
-    seed
+    seed, refine
         Of the search, which the store must share.
     level
         Number of the judge in use.
@@ -98,12 +98,13 @@ class Search:
         How many of them this search has come to; the others are of the store.
     """
 
-    judges: tuple[Judge, Judge]
+    judges: list[Judge]
     variables: Variables
     constraints: tuple[Constraint, ...] = ()
     store: str | os.PathLike[str] | None = None
     report: Callable[[int, float], object] | None = None
     seed: int = 0
+    refine: int = 0
     table: list[Floats] = field(default_factory=list)
     worth: list[float] = field(default_factory=list)
     levels: list[int] = field(default_factory=list)
@@ -137,6 +138,28 @@ class Search:
         """End the search: what a store holds beyond it is dropped, and nothing is reported."""
         self._drop_rest()
         self.report = self.store = None
+        self.level = self.levels[-1]
+        del self.judges[self.level + 1 :]
+
+    def sharpen(self, times: int, seed: int = 0) -> None:
+        """Take a judge with ``times`` as many steps over the band and starts as the last one."""
+        self.judges.append(self.judge.finer(times, seed=seed))
+        self.level = len(self.judges) - 1
+
+    def seen_before(self, row: Floats) -> float:
+        """Objective of a machine by the judge before the one in use."""
+        k = next(
+            k for k, known in enumerate(self.table)
+            if self.levels[k] == self.level - 1 and np.array_equal(known, row)
+        )  # fmt: skip
+        return self.judge.objective.sign * self.worth[k]
+
+    @property
+    def best_before(self) -> float:
+        """Objective of the machine that was best by the judge before the one in use."""
+        levels = np.array(self.levels[: self.evaluated])
+        worth = np.array(self.worth[: self.evaluated])
+        return self.judge.objective.sign * float(worth[levels == self.level - 1].min())
 
     def _drop_rest(self) -> None:
         """Drop the machines of the store that this search has not come to."""
@@ -259,11 +282,14 @@ class Search:
 
     def _specification(self) -> str:
         """Everything on which the answers depend, but for the bodies of constraints."""
-        fixed = with_parameters(self.judge.system, self.parameters(self.variables.low))
+        fixed = with_parameters(self.judges[0].system, self.parameters(self.variables.low))
         names = ", ".join(map(_name, self.constraints))
         bounds = [part.tolist() for part in self.variables[1:]]
-        objectives = [one.objective for one in self.judges]
-        return f"{fixed!r}; {objectives!r}; {self.variables.names} {bounds}; [{names}]; {self.seed}"
+        first = self.judges[0].objective
+        return (
+            f"{fixed!r}; {first!r}; {self.variables.names} {bounds}; [{names}]; {self.seed}, "
+            f"{self.refine}"
+        )
 
 
 def constraints_of(constraints: Any) -> tuple[Constraint, ...]:
