@@ -17,8 +17,10 @@ from vibroimpact._core.checks import check_choice
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.machine import Machine, parameters_of
+from vibroimpact.machines.quantities import Measured, checked, number_in
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
-from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
+from vibroimpact.machines.toml_file import OF_STATE, PHYSICAL, Case, HybridCase, read_case
+from vibroimpact.machines.units import Units, quantities_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import STATE, State
@@ -87,7 +89,7 @@ def check_interrupted(*results: object) -> None:
 
 def add_arguments_of(
     parser: argparse._ActionsContainer, function: Callable[..., Any], names: Iterable[str],
-    **own: str,
+    number: Callable[[str], float] = float, **own: str,
 ) -> None:  # fmt: skip
     """Add an option per parameter of a function, with its default and its description.
 
@@ -109,7 +111,7 @@ def add_arguments_of(
         several = kind.startswith("Sequence")
         parser.add_argument(
             option(name),
-            type=TYPES.get(kind, str),
+            type=number if TYPES.get(kind) is float else TYPES.get(kind, str),
             nargs="+" if several else None,
             action="extend" if several else "store",
             metavar=name.rpartition("_")[2].upper(),
@@ -158,6 +160,14 @@ def add_named(
     )  # fmt: skip
 
 
+def measured(text: str) -> float:
+    """Number from the command line, "0.004" or "4 mm"."""
+    try:
+        return number_in(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 class _Named(argparse.Action):
     """Option NAME=...: a dictionary by name, in which each name is once."""
 
@@ -167,17 +177,22 @@ class _Named(argparse.Action):
             raise InvalidParameterError(
                 f"{self.dest} = {name}: is given twice. Give each name once."
             )
-        setattr(to, self.dest, {**known, name: _values(text, self.dest, str(self.metavar))})
+        values, written = _values(text, self.dest, str(self.metavar))
+        setattr(to, self.dest, {**known, name: values})
+        units = getattr(to, "units", {})
+        to.units = units | {(self.dest, name): [x for x in written if isinstance(x, Measured)]}
 
 
-def _values(text: str, name: str, form: str) -> Sequence[float] | Floats:
-    """Range from LOW:HIGH; values from LOW:HIGH:COUNT, or from a list."""
+def _values(text: str, name: str, form: str) -> tuple[Sequence[float] | Floats, Sequence[float]]:
+    """Range from LOW:HIGH; values from LOW:HIGH:COUNT, or from a list; and the numbers as written."""
     listed = text.partition("=")[2]
     separator = "," if form == GRID and ":" not in listed else ":"
     rule = f"must be {form} or NAME=A,B,..." if form == GRID else f"must be {form}"
     try:
-        numbers = [float(number) for number in listed.split(separator)]
-    except ValueError:
+        numbers = [number_in(number) for number in listed.split(separator)]
+    except ValueError as error:
+        if re.search(r"\d\s*[A-Za-zµ°%]", listed):
+            raise InvalidParameterError(f"{name} = {text}: {error}.") from None
         numbers = [math.nan]
     if text.startswith("=") or (separator == ":" and len(numbers) != form.count(":") + 1):
         raise InvalidParameterError(f"{name} = {text}: {rule}.")
@@ -186,16 +201,16 @@ def _values(text: str, name: str, form: str) -> Sequence[float] | Floats:
     if separator == ",":
         if len({*numbers}) < len(numbers):
             raise InvalidParameterError(f"{name} = {text}: must have each value once.")
-        return np.array(numbers)
+        return np.array(numbers), numbers
     if form == GRID:
         if numbers[2] not in range(1, MOST_AXIS_VALUES + 1):
             raise InvalidParameterError(
                 f"{name} = {text}: COUNT must be a whole number from 1 to {MOST_AXIS_VALUES}."
             )
-        return np.linspace(numbers[0], numbers[1], int(numbers[2]))
+        return np.linspace(numbers[0], numbers[1], int(numbers[2])), numbers
     if not numbers[0] < numbers[1]:
         raise InvalidParameterError(f"{name} = {text}: {rule} with LOW < HIGH.")
-    return numbers[0], numbers[1]
+    return (float(numbers[0]), float(numbers[1])), numbers
 
 
 def check_count(over: Values, count: int, form: str) -> None:
@@ -216,7 +231,8 @@ def add_system(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "system",
         f"A named case or a file, and parameters of {name}, which replace those of the case. All "
-        f"numbers, given and printed, are in the units of the machine: SI for a [{PHYSICAL}] file.",
+        f"numbers, given and printed, are in the units of the machine: SI for a [{PHYSICAL}] file, for which "
+        "others may be given with the number, 4mm or 45Hz.",
     )
     group.add_argument(
         "case", nargs="?", metavar="CASE",
@@ -224,7 +240,7 @@ def add_system(parser: argparse.ArgumentParser) -> None:
         f"{DEFAULT})" + f"; or a published case of it: {name}/{cases}" * bool(cases),
     )  # fmt: skip
     group.add_argument("--config", metavar="FILE", help="a system in TOML: docs/cli.md")
-    add_arguments_of(group, machine, parameters_of(machine))
+    add_arguments_of(group, machine, parameters_of(machine), measured)
     parser.set_defaults(check=check_case)
 
 
@@ -253,7 +269,8 @@ def any_case_of(
     arguments: argparse.Namespace, over: Values | None = None, name: str = "over"
 ) -> Case | HybridCase:
     """Requested system, a mechanism or one that a file gives as modes and guards."""
-    known = parameters_of(machine_of(arguments.machine))
+    machine = machine_of(arguments.machine)
+    known = parameters_of(machine)
     parameters = given(arguments, known)
     if arguments.case and arguments.config:
         raise InvalidParameterError(
@@ -262,15 +279,67 @@ def any_case_of(
     if arguments.config:
         case = read_case(arguments.config)
         if isinstance(case, Case):
-            return _changed(case, parameters)
+            _take_letters(arguments, type(case.system))
+            case = _changed(case, parameters)
+            _check_units(arguments, case.system)
+            return case
         if parameters:
             raise _no_mechanism(arguments.config)
         return case
     check_case(arguments)
+    _take_letters(arguments, machine)
     check_names(name, over or {}, known)
     middle = {one: float(min(x) + max(x)) / 2.0 for one, x in (over or {}).items()}
     of_case = case_named(arguments.case)[1] if arguments.case else {}
-    return Case(_built(arguments.machine, {**middle, **of_case, **parameters}))
+    parameters = _plain(parameters, machine)
+    case = Case(_built(arguments.machine, {**middle, **of_case, **parameters}))
+    _check_units(arguments, case.system)
+    return case
+
+
+def _plain(parameters: Mapping[str, Any], system: Any) -> dict[str, Any]:
+    """Parameters of a system, those with units in its own."""
+    return {
+        name: checked(name, value, _quantity_of(system, name), si=_is_si(system))
+        for name, value in parameters.items()
+    }
+
+
+def _is_si(system: Any) -> bool:
+    return not isinstance(system, type) and bool(getattr(system, "si", False))
+
+
+def _quantity_of(system: Any, name: str) -> str:
+    """Quantity of a parameter or a coordinate."""
+    if name == "phase":
+        return "angle"
+    return Units(True, quantities_of(system)).quantity_of(name)
+
+
+def _take_letters(arguments: argparse.Namespace, machine: Any) -> None:
+    """Take parameters by the letters of files, D for two half clearances, by their own names."""
+    letters, units = getattr(machine, "letters", {}), getattr(arguments, "units", {})
+    for dest, letter in [key for key in units if key[1] in letters]:
+        own, factor = letters[letter]
+        given_here = getattr(arguments, dest)
+        values = {
+            own if k == letter else k: _times(v, factor) if k == letter else v
+            for k, v in given_here.items()
+        }
+        given_here.clear()
+        given_here.update(values)
+        units[dest, own] = units.pop((dest, letter))
+
+
+def _times(values: Any, factor: float) -> Any:
+    return tuple(factor * x for x in values) if isinstance(values, tuple) else factor * values
+
+
+def _check_units(arguments: argparse.Namespace, system: Any) -> None:
+    """Refuse units of other quantities than those that were named."""
+    for (_, name), numbers in getattr(arguments, "units", {}).items():
+        for number in numbers:
+            checked(name, number, _quantity_of(system, name), si=_is_si(system))
 
 
 def check_names(option: str, names: Iterable[str], known: Collection[str]) -> None:
@@ -294,7 +363,7 @@ def _changed(case: Case, parameters: dict[str, Any]) -> Case:
             f"{option(next(iter(parameters)))}: is not a parameter of a [mechanism]. Change the "
             "file."
         )
-    return replace(case, system=replace(cast(Any, case.system), **parameters))
+    return replace(case, system=replace(cast(Any, case.system), **_plain(parameters, case.system)))
 
 
 def _built(name: str, parameters: dict[str, Any]) -> Machine:
@@ -340,9 +409,11 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
         f"A state (--position and --velocity){', or a symmetric orbit' if known else ''}. Without "
         f"any: the start of the file, or else {default}.",
     )
-    group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ...")
-    group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ...")
-    group.add_argument("--phase", type=float, metavar="THETA", help="phase of the force, radians")
+    group.add_argument("--position", type=measured, nargs="+", metavar="X", help="x1 x2 ...")
+    group.add_argument("--velocity", type=measured, nargs="+", metavar="V", help="v1 v2 ...")
+    group.add_argument(
+        "--phase", type=measured, metavar="THETA", help="phase of the force, radians"
+    )
     places, speeds = (" ".join(names) for names in _on_stop_coordinates(machine))
     group.add_argument(
         "--on-stop", choices=("A", "B"),
@@ -371,7 +442,14 @@ def start_of(arguments: argparse.Namespace, case: Case, over: Values | None = No
 
 
 def _explicit(arguments: argparse.Namespace, case: Case) -> State | None:
-    state = given(arguments, STATE)
+    state, si = given(arguments, STATE), _is_si(case.system)
+    for name, values in state.items():
+        of = OF_STATE[name]
+        state[name] = (
+            [checked(name, x, of, si=si) for x in values]
+            if isinstance(values, list)
+            else checked(name, values, of, si=si)
+        )
     stop = arguments.on_stop
     if not state and not stop:
         return None

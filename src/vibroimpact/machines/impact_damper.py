@@ -8,7 +8,9 @@ Stop A is x2 - x1 = +half_clearance (the paper's section), stop B is x2 - x1 = -
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from vibroimpact._core.checks import (
     check_flag,
@@ -86,6 +88,14 @@ class ImpactDamper(Machine):
     force: float = field(default=1.0, metadata=of_quantity("force"))
     mass: float = field(default=1.0, metadata=of_quantity("mass", "main mass $M_1$"))
     si: bool = field(default=False, compare=False)
+
+    physical: ClassVar[Mapping[str, str]] = {
+        "M1": "mass", "M2": "mass", "K": "stiffness", "C": "damping", "F0": "force",
+        "Omega": "frequency", "D": "length", "restitution": "",
+    }  # fmt: skip
+    letters: ClassVar[Mapping[str, tuple[str, float]]] = {
+        "D": ("half_clearance", 0.5), "Omega": ("omega", 1.0), "F0": ("force", 1.0),
+    }  # fmt: skip
 
     def __post_init__(self) -> None:
         checks = {

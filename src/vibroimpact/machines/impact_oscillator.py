@@ -11,7 +11,9 @@ amplitude, time by the natural frequency. Stop A is x = clearance, stop B is x =
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 from vibroimpact._core.checks import (
     check_flag,
@@ -98,6 +100,15 @@ class ImpactOscillator(Machine):
     omega_n: float = field(default=1.0, metadata=of_quantity("frequency"))
     mass: float = field(default=1.0, metadata=of_quantity("mass", "mass $m$"))
     si: bool = field(default=False, compare=False)
+
+    physical: ClassVar[Mapping[str, str]] = {
+        "M": "mass", "K": "stiffness", "C": "damping", "F0": "force", "Omega": "frequency",
+        "D": "length", "D_lower": "length", "restitution": "",
+    }  # fmt: skip
+    letters: ClassVar[Mapping[str, tuple[str, float]]] = {
+        "D": ("clearance", 1.0), "D_lower": ("lower_clearance", 1.0), "Omega": ("omega", 1.0),
+        "F0": ("force", 1.0),
+    }  # fmt: skip
 
     def __post_init__(self) -> None:
         checks = {

@@ -20,11 +20,11 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_kind, check_target, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
-from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.registry import name_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Rms, coefficients_of
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.plotting import style
 from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_words, units_text
 from vibroimpact.plotting.mechanism import has_numbers, plot_mechanism

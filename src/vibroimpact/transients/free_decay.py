@@ -28,12 +28,13 @@ from vibroimpact._core.types import Codes, Floats
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
-from vibroimpact.measures.linear import HELD_OF_FASTEST_RATE, ZERO_RELATIVE
+from vibroimpact.measures.linear import ZERO_RELATIVE
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.stability import NEUTRAL_DISTANCE
 from vibroimpact.results.result import Result
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 from vibroimpact.transients.driven import linear, unforced
@@ -349,7 +350,7 @@ def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:
     rows = rows_of(m)
     rates = np.linalg.eigvals(rows.flow(0).value[:-1, :-1])
     fastest = float(np.abs(rates).max(initial=0.0)) or rows.rate
-    decaying = -rates.real[rates.real < -HELD_OF_FASTEST_RATE * fastest]
+    decaying = -rates.real[rates.real < -NEUTRAL_DISTANCE * fastest]
     turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO_RELATIVE * fastest])
     cycle = 2.0 * math.pi / float(turning.min()) if turning.size else 0.0
     if decaying.size:
