@@ -17,7 +17,7 @@ from vibroimpact._core.checks import check_choice
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.machine import Machine, parameters_of
-from vibroimpact.machines.quantities import Measured, checked, number_in
+from vibroimpact.machines.quantities import TURN, Measured, checked, number_in
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import OF_STATE, PHYSICAL, Case, HybridCase, read_case
 from vibroimpact.machines.units import Units, quantities_of
@@ -28,6 +28,7 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
 from vibroimpact.plotting.style import PICTURES
+from vibroimpact.response.answers import rest_of
 from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 from vibroimpact.sweeps.axes import corners
@@ -211,6 +212,16 @@ def _values(text: str, name: str, form: str) -> tuple[Sequence[float] | Floats, 
     if not numbers[0] < numbers[1]:
         raise InvalidParameterError(f"{name} = {text}: {rule} with LOW < HIGH.")
     return (float(numbers[0]), float(numbers[1])), numbers
+
+
+def band_of(arguments: argparse.Namespace) -> tuple[str, Any]:
+    """The one parameter of ``over`` and its band; one that is written in hertz is a band in hertz."""
+    ((name, band),) = arguments.over.items()
+    written = getattr(arguments, "units", {}).get(("over", name), [])
+    if len(written) == len(band) and all(x.unit == "Hz" for x in written) and not arguments.unit:
+        arguments.unit = "Hz"
+        band = tuple(x / TURN for x in band)
+    return name, band
 
 
 def check_count(over: Values, count: int, form: str) -> None:
@@ -486,12 +497,20 @@ def _on_stop(stop: str, state: dict[str, Any], system: System) -> State:
 def _default(arguments: argparse.Namespace, case: Case, over: Values) -> State:
     if case.start and not arguments.orbit:
         return case.start
+    if begins_at_rest(arguments, case):
+        return rest_of(mechanism_of(case.system))
     if not isinstance(case.system, Machine):
         raise InvalidParameterError("start: missing. Give --position and --velocity, or [start].")
     at_orbit = arguments.at_orbit and has_symmetric_orbits(type(case.system))
     if arguments.orbit or at_orbit:
         return symmetric_orbit(case.system, arguments.orbit).state
     return _free_start(case.system, over)
+
+
+def begins_at_rest(arguments: argparse.Namespace, case: Case) -> bool:
+    """Whether a command that may begin at rest does so: nothing else is given, and no orbit is known."""
+    stated = case.start or given(arguments, (*STATE, "on_stop", "orbit"))
+    return getattr(arguments, "or_rest", False) and not stated and not known_orbits(case.system)
 
 
 def symmetric_orbit(system: System, sign: str | None = None) -> Orbit:

@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> Done:
     """Search for the best machine."""
     common.check_count(arguments.over, 1, common.RANGE)
     case = common.case_of(arguments, arguments.over)
-    ((parameter, band),) = arguments.over.items()
+    parameter, band = common.band_of(arguments)
     judge = mean_over if arguments.mean else worst_over
     objective = judge(parameter, band, **common.given(arguments, (*BAND, *JUDGED)))
     best = optimise(case.system, arguments.vary, objective, **common.given(arguments, SEARCHED))

@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> Done:
     """Compute the response."""
     common.check_count(arguments.over, 1, common.RANGE)
     case = common.case_of(arguments, arguments.over)
-    ((parameter, band),) = arguments.over.items()
+    parameter, band = common.band_of(arguments)
     chosen = {"parameter": parameter, "band": band, **common.given(arguments, BAND)}
     if common.given(arguments, common.START) or case.start:
         chosen["start"] = common.start_of(arguments, case, arguments.over)

@@ -141,10 +141,10 @@ def _measured(path: Any, where: str, table: Any, quantities: Mapping[str, str], 
             return value
         try:
             return checked(name, number_in(value), quantities[name], si=si)
-        except ValueError as error:
-            raise InvalidParameterError(f"config = {path}: {where}: {name} = {error}.") from error
         except InvalidParameterError as error:
             raise InvalidParameterError(f"config = {path}: {where}: {error}") from error
+        except ValueError as error:
+            raise InvalidParameterError(f"config = {path}: {where}: {name} = {error}.") from error
 
     if not isinstance(table, dict):
         return table

@@ -30,6 +30,7 @@ UNITS = {  # of quantities, in SI
     "damping": "N s/m",
 }
 COORDINATES = {"x": "length", "v": "velocity"}
+ORDERS = COORDINATES | {"a": "acceleration"}
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 
 
@@ -61,6 +62,10 @@ class Units(NamedTuple):
     def unit(self, quantity: str) -> str:
         """Unit of a quantity; "" for a number without dimension, and where units are not those of SI."""
         return UNITS.get(quantity, "") if self.si else ""
+
+    def text(self, value: float, quantity: str) -> str:
+        """A number with its unit."""
+        return f"{value:.6g} {self.unit(quantity)}".rstrip()
 
     def label(self, text: str, quantity: str) -> str:
         """Label with its unit."""

@@ -94,6 +94,25 @@ class FreeMotion:
         return [reach for reach in found if math.isfinite(reach.gap)]
 
     @property
+    def touching_factor(self) -> float:
+        """Factor on the force, or of the gaps to what they must be, at which a stop is touched.
+
+        NaN for several forces or a constant one.
+        """
+        m = self.mechanism
+        if len(m.forces) != 1 or any(m.constant_force):
+            return math.nan
+        flights, sizes = self.flights(), {}
+        for number, part in enumerate(m.elements):
+            if part.is_stop:
+                low, high = flights.signal(partial(flights.rows.gap, part=number)).extremes()
+                sizes[number] = (high.value - low.value) / 2.0
+        factors = (
+            1.0 + reach.gap / size for reach in self.reaches if (size := sizes[reach.stop.contact])
+        )
+        return min(factors, default=math.inf)
+
+    @property
     def clearance_to_grazing(self) -> float:
         """Least gap; infinite without stops."""
         return min((reach.gap for reach in self.reaches), default=math.inf)
@@ -189,6 +208,13 @@ def _matrix(m: Mechanism) -> Floats:
         rest = pull[light] - damping[light] @ speeds
         speeds[light] = np.linalg.solve(damping[np.ix_(light, light)], rest)
     found: Floats = np.vstack([speeds, accelerations(m, pull - damping @ speeds)[heavy]])
+    return found
+
+
+def natural_frequencies(m: Mechanism) -> Floats:
+    """Angular frequencies at which the machine vibrates with all stops open, rising."""
+    turning = np.linalg.eigvals(_matrix(m)).imag
+    found: Floats = np.sort(turning[turning > 0.0])
     return found
 
 

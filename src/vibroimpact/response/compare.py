@@ -25,6 +25,7 @@ from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.response.tuned import TunedDamper, tuned_damper
 
 if TYPE_CHECKING:
@@ -116,6 +117,21 @@ def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
     )  # fmt: skip
     largest, place = max((measured[k], values[k]), (-found.fun, found.x))
     return float(place), float(largest) if largest < RESONANCE_RATIO * measured[k] else math.inf
+
+
+def touching_factor(response: Response) -> float:
+    """Factor on the force, or of the gaps to what they must be, at which stops are touched in the band.
+
+    NaN where it is not known, or where the motion without impacts is not that of the whole band.
+    """
+    curve = next((one for one in response.curves if one.branch is None), None)
+    if curve is None or (curve.stability == Stability.INADMISSIBLE).any():
+        return math.nan
+    found = []
+    for value in response.band.values(COMPARED_POINTS).tolist():
+        motion = free_motion(with_parameter(response.system, response.parameter, value))
+        found.append(math.nan if isinstance(motion, str) else motion.touching_factor)
+    return float(np.min(found))
 
 
 def is_comparable(response: Response) -> bool:

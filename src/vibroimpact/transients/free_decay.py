@@ -25,6 +25,7 @@ import numpy as np
 from vibroimpact._core.checks import check_count, check_kind, positive, real, refusal, share, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Codes, Floats
+from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
@@ -158,11 +159,14 @@ class FreeDecay(Result):
         return t, self._signal.at(t), without
 
     def __repr__(self) -> str:
-        percent = f"{100.0 * self.to:g} %"
+        percent, units = f"{100.0 * self.to:g} %", units_of(self.system)
+        size = units.text(self.reference, ORDERS.get(self.row[:1], ""))
+        time, without, last = (
+            units.text(t, "time") for t in (self.time, self.time_without, self.last_impact)
+        )
         return (
-            f"FreeDecay: {self.row} stays below {percent} of {self.reference:.6g} after "
-            f"{self.time:.6g}, without impacts after {self.time_without:.6g}; {self.impacts} impacts"
-            f"{f', last at {self.last_impact:.6g}' if self.impacts else ''}"
+            f"FreeDecay: {self.row} stays below {percent} of {size} after {time}, without impacts after "
+            f"{without}; {self.impacts} impacts{f', last at {last}' if self.impacts else ''}"
         )
 
     def to_dataset(self, count: int = 4000) -> xr.Dataset:
