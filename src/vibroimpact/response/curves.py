@@ -131,14 +131,15 @@ class ResponseCurve:
                 return True
         return False
 
-    def largest(self, *, neutral: bool = False) -> Answer | None:
-        """The largest value over what attracts, and over neutral motions on request.
+    def largest(self, reached: Callable[[float], bool]) -> Answer | None:
+        """The largest value over what attracts, and over other neutral motions at values where these are reached.
 
         It is at a maximum, at an end or at a bifurcation.
         """
         best = None
         for k in np.flatnonzero(self.stability <= Stability.NEUTRAL).tolist():
-            if not (neutral or self.attracting(k)):
+            middle = float(self.parameter[k : k + 2].mean())
+            if not (self.attracting(k) or reached(middle)):
                 continue
             here = max(self.value[k], self.value[k + 1])
             peaked = self._peaked(k)

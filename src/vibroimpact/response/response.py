@@ -33,7 +33,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
 from vibroimpact.branches.kinds import GR, ZERO
@@ -152,7 +152,8 @@ class Response(Result):
         ----------
         neutral
             Whether neutral motions count that attract no starts: a free mass stands anywhere between its stops until
-            it is pushed. They count in any case where there is nothing else.
+            it is pushed. They count in any case where most motions that were simulated have no impacts, and where there
+            is nothing else.
 
         Raises
         ------
@@ -167,15 +168,26 @@ class Response(Result):
         return self._shown(self._complete(found))
 
     def _largest(self, *, neutral: bool) -> Answer | None:
-        found = [
-            best for curve in self.curves if (best := curve.largest(neutral=neutral)) is not None
-        ]
+
+        def reached(value: float) -> bool:
+            return neutral or bool(self._silent[np.argmin(np.abs(self.values - value))])
+
+        found = [best for curve in self.curves if (best := curve.largest(reached)) is not None]
         found += [
             answer
             for answer in self.unexplained
-            if math.isfinite(answer.value) and (neutral or answer.attracting)
+            if math.isfinite(answer.value) and (answer.attracting or reached(answer.parameter))
         ]
         return max(found, key=lambda answer: answer.value, default=None)
+
+    @cached_property
+    def _silent(self) -> Flags:
+        """Whether most motions that were simulated at a value have no impacts, shape (k,)."""
+        counts = [
+            (sum(a.members for a in many if a.silent), sum(a.members for a in many))
+            for many in self.answers
+        ]
+        return np.array([2 * silent > every for silent, every in counts])
 
     def at(self, value: float) -> list[Answer]:
         """Return every steady motion at one value of the parameter, largest first.
