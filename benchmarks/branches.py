@@ -75,7 +75,7 @@ def longer(orbit: vi.Orbit, impacts: int) -> vi.Orbit:
     return vi.find_orbit(
         orbit.system,
         repeated(unfolded(orbit), orbit.signature.cycles, times),
-        impacts=orbit.signature.impacts * times,
+        stops=orbit.signature.impacts * times,
         cycles=orbit.signature.cycles * times,
     )
 

@@ -71,7 +71,7 @@ def cascade(orbit: vi.Orbit) -> None:
 def diagram(orbit: vi.Orbit) -> None:
     """Ten branches around the first, none of them twice."""
     begin = time.process_time()
-    found = vi.branch_diagram(orbit, "omega", WIDE, depth=4, most=10, attractors=0)
+    found = vi.branch_diagram(orbit, "omega", WIDE, depth=4, most_branches=10, points=0)
     spent = time.process_time() - begin
     assert len(found.branches) == 10, found
     points = sum(len(branch) for branch in found.branches)

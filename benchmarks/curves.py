@@ -87,7 +87,7 @@ def moving_along(degrees: int) -> vi.Orbit:
         (*plain.velocity, *(plain.velocity[0],) * more),
         plain.phase,
     )
-    return vi.find_orbit(with_absorbers(degrees), state, impacts="AB", cycles=1, symmetric=True)
+    return vi.find_orbit(with_absorbers(degrees), state, stops="AB", cycles=1, symmetric=True)
 
 
 def torus_of(orbit: vi.Orbit) -> vi.BifurcationPoint:

@@ -83,7 +83,7 @@ def by_scipy(damper: vi.ImpactDamper, start: vi.State) -> float:
 def response_of(number: int, starts: int, most: int) -> vi.Response:
     """Response over the band."""
     return vi.frequency_response(
-        frame(), "omega", BAND, unit="Hz", measure="x1", number=number, starts=starts, most=most,
+        frame(), "omega", BAND, unit="Hz", measure="x1", points=number, starts=starts, most_branches=most,
         progress=False,
     )  # fmt: skip
 
@@ -92,7 +92,7 @@ def rows_of() -> list[Row]:
     """Check one point, then time."""
     damper = frame(AT)
     orbit = vi.find_orbit(damper, vi.simulate(damper, damper.free_start(), impacts=4000).last)
-    exact = vi.measure_of("x1", damper).of_orbit(orbit)
+    exact = vi.measure_of(damper, "x1").of_orbit(orbit)
     begin = time.perf_counter()
     sampled = by_scipy(damper, orbit.state)
     alone = time.perf_counter() - begin

@@ -32,7 +32,7 @@ PERIOD = 2.0 * math.pi
 
 def main(out: str | None = None) -> None:
     """Take the drift from a section, and compare the work of a period with it."""
-    section = vi.section(PILE, START, at=vi.AtPhase(), points=10, settle=50)
+    section = vi.section(PILE, START, at=vi.AtPhase(), points=10, settle_events=50)
     drift = np.diff(section.position[:, 1])[-1]
     places = section.relative[:, 0]
     print(f"the pile is driven by {drift:.9f} a period")

@@ -22,7 +22,7 @@ def main(out: str | None = None) -> None:
             omega=omega,
         )  # fmt: skip
         orbit = vi.symmetric_orbits(damper)[0]
-        section = vi.section(damper, orbit.state.perturbed(0.01), settle=40_000)
+        section = vi.section(damper, orbit.state.perturbed(0.01), settle_events=40_000)
         ax = plot_section(section, ax=ax, color=color, label=rf"$\omega={omega}$")
         print(f"omega = {omega}: {orbit.stability.words} orbit, {section}")
     assert ax is not None

@@ -32,9 +32,11 @@ def main(out: str | None = None) -> None:
     drop = STATIC - KINETIC
     for speed in (0.05, 0.01, 0.001):
         leaves = vi.section(
-            block(speed), REST, at=vi.AtChange(takes="backward"), points=3, settle=2
+            block(speed), REST, at=vi.AtChange(takes="backward"), points=3, settle_events=2
         )
-        sticks = vi.section(block(speed), REST, at=vi.AtChange(takes="stick"), points=3, settle=2)
+        sticks = vi.section(
+            block(speed), REST, at=vi.AtChange(takes="stick"), points=3, settle_events=2
+        )
         period = np.diff(leaves.time)[-1]
         closed = 2.0 * drop / speed + 2.0 * (math.pi - math.atan2(drop, speed))
         print(
@@ -42,7 +44,7 @@ def main(out: str | None = None) -> None:
             f"{sticks.x1[-1] + 0.0:.9f}; period {period:.9f}, closed form {closed:.9f}, "
             f"saw-tooth {2.0 * drop / speed:.1f}"
         )
-    found = vi.classify(block(0.05), REST, settle=20, points=64)
+    found = vi.classify(block(0.05), REST, settle_events=20, points=64)
     print(f"attractor: {found.label}, {found.shape.period} changes of state in a cycle")
     if out:
         save(plot_history(vi.simulate(block(0.05), REST, t_max=40.0)), out)

@@ -55,14 +55,14 @@ ENUMS_AND_ERRORS = {
 }  # fmt: skip
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.
 LONG = {
-    ("sine_sweep", "periods_per_step"), ("section", "settle"),
+    ("sine_sweep", "periods_per_step"), ("section", "settle_events"),
     ("lyapunov_exponent", "settle_impacts"), ("lyapunov_exponent", "impacts"),
     ("lyapunov_spectrum", "settle_impacts"), ("lyapunov_spectrum", "impacts"),
-    ("find_orbits", "starts"), ("find_orbits", "impacts"),
+    ("find_orbits", "starts"), ("find_orbits", "most_impacts"),
     ("find_circle", "settle_iterates"), ("find_circle, formula", "settle_iterates"),
     ("worst_over", "points"), ("mean_over", "points"), ("optimise", "budget"),
     ("optimise", "refine"), ("pareto_front", "budget"), ("pareto_front", "refine"),
-    ("frequency_response", "number"), ("frequency_response", "starts"),
+    ("frequency_response", "points"), ("frequency_response", "starts"),
     ("frequency_response", "settle_periods"), ("frequency_response", "periods"),
     ("map_derivative", "impacts"), ("ExplicitMap", "dimension"),
 }  # fmt: skip
@@ -128,14 +128,14 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     )  # fmt: skip
     relayed = vi.simulate_hybrid(relay, "on", [0.0], t_max=3.0)
     rubbing = vi.simulate(still(RUBBING), vi.State((2.0,), (0.0,)), t_max=6.0)
-    section = vi.section(damper, state, points=5, settle=5)
+    section = vi.section(damper, state, points=5, settle_events=5)
     closed = vi.symmetric_orbits(damper)[0]
     orbit = vi.find_orbit(damper, closed)
     whole = vi.find_orbit(damper, closed, symmetric=False)
     few = vi.Steps(first=0.02, largest=0.5, points=12)
     steps = vi.Steps(first=0.02, largest=0.5, points=200)
     branch = vi.continue_orbit(orbit, "omega", (1.0, 1.21), steps=steps)
-    diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), attractors=2, steps=few)
+    diagram = vi.branch_diagram(orbit, "omega", (1.19, 1.21), points=2, steps=few)
     over, two = {"omega": [1.1, 1.2]}, {"omega": [1.1, 1.2], "zeta": [0.04, 0.05]}
     axes = {"x1": [-1.0, 1.0], "v2": [0.5, 1.0]}
     long = WINDOW | {"settle_periods": 100, "periods": 20}
@@ -159,7 +159,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     henon = vi.ExplicitMap(
         lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2], dimension=2, parameters=("a", "b")
     )
-    motion = {"system": damper, "state": state}
+    motion = {"system": damper, "start": state}
     where = {"at": vi.AtStop()}
     sweeping = {"system": damper, "start": state}
 
@@ -236,7 +236,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "simulate_hybrid": (
             vi.simulate_hybrid,
-            {"system": relay, "mode": "on", "state": [1.0], "phase": 0.0, "events": 9,
+            {"system": relay, "mode": "on", "start": [1.0], "phase": 0.0, "events": 9,
              "t_max": 1.0},
         ),
         "HybridRun.at": (vi.simulate_hybrid(relay, "on", [1.0], t_max=1.0).at, {"t": 0.5}),
@@ -275,7 +275,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "ExplicitMap.watch": (forms.watch, {"z": [0.5], "p": 3.0}),
         "RandomStarts": (
             vi.RandomStarts,
-            {"count": 2, "seed": 1, "over": {"v1": (-1.0, 1.0)}, "base": state, "first": 0},
+            {"starts": 2, "seed": 1, "bounds": {"v1": (-1.0, 1.0)}, "base": state, "skip": 0},
         ),
         "RandomStarts, range": (
             lambda v1: vi.RandomStarts(2, 1, {"v1": v1}, state), {"v1": (-1.0, 1.0)},
@@ -290,7 +290,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "simulate, no end": (vi.simulate, motion | {"impacts": 5}),
         "Run.at": (run.at, {"t": 1.0}),
         "Run.forces": (run.forces, {"t": 1.0}),
-        "section": (vi.section, motion | where | {"points": 3, "settle": 3}),
+        "section": (vi.section, motion | where | {"points": 3, "settle_events": 3}),
         "AtStop": (
             lambda **at: vi.section(damper, state, at=vi.AtStop(**at)), {"stop": "A", "contact": 0},
         ),
@@ -302,7 +302,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "Section.plot": (section.plot, {"ax": None}),
         "classify": (
             vi.classify,
-            motion | where | {"settle": 10, "points": 64, "max_settle": 100},
+            motion | where | {"settle_events": 10, "points": 64, "most_settle_events": 100},
         ),
         "classify_points": (
             vi.classify_points,
@@ -313,26 +313,26 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "lyapunov_exponent": (vi.lyapunov_exponent, motion | {"impacts": 1024, "settle_impacts": 1}),
         "lyapunov_spectrum": (
-            vi.lyapunov_spectrum, motion | {"impacts": 1024, "settle_impacts": 1, "count": 2}
+            vi.lyapunov_spectrum, motion | {"impacts": 1024, "settle_impacts": 1, "exponents": 2}
         ),
         "map_derivative": (
             vi.map_derivative, motion | {"impacts": 1, "t_max": 100.0, "directions": np.eye(5)},
         ),
-        "symmetric_orbits": (vi.symmetric_orbits, {"damper": damper}),
+        "symmetric_orbits": (vi.symmetric_orbits, {"system": damper}),
         "find_orbit": (
             vi.find_orbit,
-            {"system": damper, "guess": closed, "impacts": ("A", "B"), "cycles": 1,
+            {"system": damper, "guess": closed, "stops": ("A", "B"), "cycles": 1,
              "symmetric": False},
         ),
         "Guess": (
             lambda states, durations: vi.find_orbit(
-                damper, vi.Guess(states, durations), impacts="AB", cycles=1, symmetric=False
+                damper, vi.Guess(states, durations), stops="AB", cycles=1, symmetric=False
             ),
             {"states": whole.states, "durations": whole.durations},
         ),
         "find_orbits": (
             vi.find_orbits,
-            {"system": damper, "cycles": 1, "impacts": 2, "starts": 1, "seed": 0,
+            {"system": damper, "most_cycles": 1, "most_impacts": 2, "starts": 1, "seed": 0,
              "progress": False},
         ),
         "full_map": (vi.full_map, {"orbit": orbit, "parameter": "omega"}),
@@ -344,7 +344,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "SegmentMap.derivative": (lambda u: P.derivative(u), {"u": [1.0, 0.0, 0.0, 0.0]}),
         "normal_form": (
             vi.normal_form,
-            {"kind": "PD", "forms": forms.forms([2.0 / 3.0], 3.0), "parameter": True},
+            {"kind": "PD", "forms": forms.forms([2.0 / 3.0], 3.0), "unfolded": True},
         ),
         "Orbit.why_inadmissible": (orbit.why_inadmissible, {"slack": 0.0}),
         "continue_orbit": (
@@ -354,12 +354,12 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "find_circle": (
             vi.find_circle,
-            {"subject": damper, "start": state, "p": None, "impacts": None, "cycles": None,
+            {"system": damper, "start": state, "p": None, "stops": None, "cycles": None,
              "symmetric": None, "settle_iterates": 10, "points": 100, "tolerance": 1e-10, "most_nodes": 31},
         ),
         "find_circle, formula": (
             vi.find_circle,
-            {"subject": spin, "start": (1.0, 0.0, 0.0), "p": 0.9, "settle_iterates": 500, "points": 500},
+            {"system": spin, "start": (1.0, 0.0, 0.0), "p": 0.9, "settle_iterates": 500, "points": 500},
         ),
         "CircleGuess": (
             lambda points, rotation_number: vi.find_circle(
@@ -372,14 +372,14 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "continue_circle": (
             vi.continue_circle,
             {"circle": circle, "parameter": "p", "bounds": (0.85, 0.95), "both": True,
-             "first": 0.1, "least": 1e-2, "largest": 0.5, "points": 3, "tolerance": 1e-10,
+             "steps": vi.Steps(first=0.1, least=1e-2, largest=0.5, points=3, tolerance=1e-10),
              "most_nodes": 63, "progress": False},
         ),
         "CircleBranch.__getitem__": (family.__getitem__, {"label": "PD1"}),
         "CircleBranch.plot": (family.plot, {"ax": None}),
         "switch_circle": (
             vi.switch_circle,
-            {"event": family["PD1"], "amplitude": 0.05, "tolerance": 1e-10, "most_nodes": 63},
+            {"point": family["PD1"], "amplitude": 0.05, "tolerance": 1e-10, "most_nodes": 63},
         ),
         "switch_branch": (
             vi.switch_branch,
@@ -387,14 +387,14 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "branch_diagram": (
             vi.branch_diagram,
-            {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "depth": 0, "most": 1,
-             "attractors": 2, "steps": few, "progress": False},
+            {"orbit": closed, "parameter": "omega", "bounds": (1.19, 1.21), "depth": 0, "most_branches": 1,
+             "points": 2, "steps": few, "progress": False},
         ),
         "Branch.orbit": (branch.orbit, {"index": 0}),
         "Branch.__getitem__": (branch.__getitem__, {"label": "NS1"}),
         "Branch.plot": (branch.plot, {"variable": "v1", "ax": None}),
-        "Diagram.plot": (diagram.plot, {"variable": "v1", "ax": None, "points": True}),
-        "Diagram.origin": (diagram.origin, {"number": 0}),
+        "Diagram.plot": (diagram.plot, {"variable": "v1", "ax": None, "marks": True}),
+        "Diagram.origin": (diagram.origin, {"index": 0}),
         "continue_bifurcation": (
             vi.continue_bifurcation,
             {"point": branch["NS1"], "parameters": PLANE, "bounds": around, "kind": "",
@@ -411,8 +411,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "bifurcation_atlas": (
             vi.bifurcation_atlas,
-            {"orbit": closed, "parameters": PLANE, "bounds": around, "touches": False, "levels": 0,
-             "most": 1, "steps": few, "progress": False},
+            {"orbit": closed, "parameters": PLANE, "bounds": around, "touches": False, "depth": 0,
+             "most_curves": 1, "steps": few, "progress": False},
         ),
         "tongue": (
             vi.tongue, {"point": torus["1/5_1"], "bounds": None, "steps": few, "progress": False},
@@ -443,10 +443,10 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plane": (vi.plane, sweeping | WINDOW | {"over": two, "observe": ()}),
         "multistability": (
             vi.multistability,
-            sweeping | where | WINDOW | {"over": over, "start": random, "tolerance": 1e-3},
+            sweeping | where | WINDOW | {"over": over, "start": random, "same_within": 1e-3},
         ),
         "basins": (
-            vi.basins, sweeping | where | long | {"over": axes, "tolerance": 1e-3, "most": 64},
+            vi.basins, sweeping | where | long | {"over": axes, "same_within": 1e-3, "most_classified": 64},
         ),
         "attractor_state": (
             vi.attractor_state, {"basins": basins, "name": str(basins["name"].values[0])},
@@ -471,7 +471,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "plot_branches": (
             plotting.plot_branches,
-            {"branches": [branch], "variable": "v1", "ax": None, "points": True, "stop": (0, 1),
+            {"branches": [branch], "variable": "v1", "ax": None, "marks": True, "stop": (0, 1),
              "mirror": False, "attractors": None},
         ),
         "plot_circle_error": (plotting.plot_circle_error, {"circles": circles(), "ax": None}),
@@ -481,7 +481,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plot_circles": (plotting.plot_circles, {"circles": circles(), "ax": None}),
         "plot_curves": (
             plotting.plot_curves,
-            {"curves": [curve], "ax": None, "points": True, "bounds": around},
+            {"curves": [curve], "ax": None, "marks": True, "bounds": around},
         ),
         "plot_exponents": (
             plotting.plot_exponents,
@@ -490,7 +490,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plot_orbit": (plotting.plot_orbit, {"orbit": orbit, "row": "x1", "ax": None}),
         "plot_orbits": (
             plotting.plot_orbits,
-            {"search": vi.find_orbits(damper, cycles=1, impacts=2, starts=2), "x": "x1", "y": "v1",
+            {"search": vi.find_orbits(damper, most_cycles=1, most_impacts=2, starts=2), "x": "x1", "y": "v1",
              "ax": None},
         ),
         "plot_tuned_damper": (
@@ -517,7 +517,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plot_plane": (
             plotting.plot_plane,
             {"plane": vi.plane(damper, over=two, start=state, **WINDOW), "variable": "motion",
-             "ax": None, "most": 7, "symbols": None},
+             "ax": None, "most_motions": 7, "symbols": None},
         ),
         "plot_circle_branch": (
             plotting.plot_circle_branch, {"branch": family, "ax": None},
@@ -553,10 +553,16 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
 
 def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
     """The same of responses over a band, and of measures."""
-    few: dict[str, Any] = {"number": 2, "starts": 1, "settle_periods": 2, "periods": 2, "most": 0}
+    few: dict[str, Any] = {
+        "points": 2,
+        "starts": 1,
+        "settle_periods": 2,
+        "periods": 2,
+        "most_branches": 0,
+    }
     response = vi.frequency_response(damper, "omega", (1.1, 1.2), **few, progress=False)
     closed = vi.find_orbit(damper, vi.simulate(damper, damper.free_start(), impacts=900).last)
-    amplitude = vi.measure_of("x1", damper)
+    amplitude = vi.measure_of(damper, "x1")
     measures = {
         "Amplitude": {"row": "x1", "order": 0}, "Peak": {"row": "x1", "order": 0},
         "Rms": {"row": "x1", "order": 0}, "Harmonic": {"row": "x1", "order": 0, "harmonic": 1},
@@ -567,14 +573,14 @@ def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
     return {
         "frequency_response": (
             vi.frequency_response,
-            few | {"system": damper, "parameter": "omega", "band": (1.1, 1.2), "measure": "x1",
+            few | {"system": damper, "parameter": "omega", "bounds": (1.1, 1.2), "measure": "x1",
                    "unit": "", "start": None, "seed": 0, "depth": 0, "steps": None, "workers": 1,
                    "progress": False},
         ),
         "Response.at": (response.at, {"value": 1.15}),
         "Response.plot": (response.plot, {"decibel": False, "compare": (), "marks": True, "ax": None}),
         "Response.report": (response.report, {"path": folder / "report.html", "decibel": False}),
-        "measure_of": (vi.measure_of, {"what": "x1", "system": damper}),
+        "measure_of": (vi.measure_of, {"system": damper, "measure": "x1"}),
         **{f"measures.{name}": (getattr(vi.measures, name), v) for name, v in measures.items()},
         "Measure.of_orbit": (amplitude.of_orbit, {"orbit": closed}),
         "Measure.derivative": (amplitude.derivative, {"orbit": closed, "parameter": "omega"}),
@@ -592,11 +598,11 @@ def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
 def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
     """The same of designs."""
     few: dict[str, Any] = {"points": 2, "starts": 1, "settle_periods": 2, "periods": 2}
-    judged = {"parameter": "omega", "band": (1.1, 1.2), "measure": "x1", "seed": 0, "unit": "",
+    judged = {"parameter": "omega", "bounds": (1.1, 1.2), "measure": "x1", "seed": 0, "unit": "",
               "spread": None, "aim": "small"} | few  # fmt: skip
     both = vi.worst_over("omega", (1.1, 1.2), **few), vi.mean_over("omega", (1.1, 1.2), **few)
     vary = {"half_clearance": (4.0, 6.0)}
-    asked = {"system": damper, "vary": vary, "constraints": (), "seed": 0, "budget": 64, "refine": 0,
+    asked = {"system": damper, "bounds": vary, "constraints": (), "seed": 0, "budget": 64, "refine": 0,
              "workers": 1, "progress": False}  # fmt: skip
     over = {"half_clearance": [4.0, 5.0], "restitution": [0.5, 0.6]}
     best = vi.optimise(damper, vary, both[0], budget=32, refine=0, progress=False)
@@ -613,7 +619,7 @@ def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
         ),
         "DesignMap.plot": (drawn.plot, {"ax": None}),
         "pareto_front": (vi.pareto_front, asked | {"objectives": both, "refine": 1}),
-        "ParetoFront.machine": (front.machine, {"number": 0}),
+        "ParetoFront.machine": (front.machine, {"index": 0}),
         "ParetoFront.plot": (front.plot, {"ax": None}),
         "plot_design": (plotting.plot_design, {"design": best, "what": "response", "ax": None}),
         "plot_design_map": (plotting.plot_design_map, {"found": drawn, "ax": None}),
@@ -627,7 +633,7 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
     response = vi.simulate_record(damper, record)
     decay = vi.free_decay(damper, {"v1": 1.0}, t_max=50.0)
     spectrum = vi.response_spectrum(record, [1.0, 2.0])
-    swept = vi.sine_sweep(damper, "omega", (1.1, 1.2), steps=2, progress=False)
+    swept = vi.sine_sweep(damper, "omega", (1.1, 1.2), points=2, progress=False)
     path = folder / "record.csv"
     path.write_text("0,0\n1,2\n2,1\n", encoding="utf-8")
     drawn = {"row": "x1", "ax": None}
@@ -650,10 +656,10 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
         ),
         "RecordResponse.at": (response.at, {"t": [0.5]}),
         "RecordResponse.row_at": (response.row_at, {"row": "x1", "t": [0.5]}),
-        "RecordResponse.measure": (response.measure, {"what": "peak x1"}),
+        "RecordResponse.measure": (response.measure, {"measure": "peak x1"}),
         "RecordResponse.peak": (response.peak, {"row": "x1"}),
         "RecordResponse.peak_acceleration": (response.peak_acceleration, {"row": "a1"}),
-        "RecordResponse.to_dataset": (response.to_dataset, {"samples": [0.5]}),
+        "RecordResponse.to_dataset": (response.to_dataset, {"t": [0.5]}),
         "RecordResponse.plot": (response.plot, drawn),
         "free_decay": (
             vi.free_decay,
@@ -663,12 +669,12 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
         "free_decay, start": (
             lambda v1: vi.free_decay(damper, {"v1": v1}, t_max=20.0), {"v1": 1.0},
         ),
-        "FreeDecay.to_dataset": (decay.to_dataset, {"count": 10}),
+        "FreeDecay.to_dataset": (decay.to_dataset, {"points": 10}),
         "FreeDecay.plot": (decay.plot, {"ax": None}),
         "sine_sweep": (
             vi.sine_sweep,
-            {"system": damper, "parameter": "omega", "band": (1.1, 1.2), "row": "x1", "unit": "",
-             "steps": 2, "rate": None, "spacing": "linear", "periods_per_step": 1, "way": "up",
+            {"system": damper, "parameter": "omega", "bounds": (1.1, 1.2), "row": "x1", "unit": "",
+             "points": 2, "rate": None, "spacing": "linear", "periods_per_step": 1, "way": "up",
              "start": None, "observe": "speeds", "progress": False},
         ),
         "sine_sweep, rate": (
@@ -679,7 +685,7 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
         "SineSweep.plot": (swept.plot, {"quantity": "peak", "ax": None}),
         "response_spectrum": (
             vi.response_spectrum,
-            {"record": record, "frequencies": [1.0, 2.0], "zeta": 0.05, "unit": "Hz",
+            {"record": record, "over": [1.0, 2.0], "zeta": 0.05, "unit": "Hz",
              "clearance": 0.1, "lower_clearance": None, "restitution": 0.5, "progress": False},
         ),
         "ResponseSpectrum.plot": (spectrum.plot, {"quantity": "displacement", "ax": None}),
@@ -890,8 +896,9 @@ def test_what_cannot_be_the_name_of_a_file_is_refused_with_the_value(
     [
         ["simulate", "--config"], ["sweep", "impact-damper/A", "--over", "omega=1.1:1.2:2", "--store"],
         ["simulate", "impact-damper/A", "--omega", "1", "--out"], ["tongue", "--at", "R1_1"],
-        ["curve", "impact-damper/A", "--over", "zeta=0.04:0.05", "--at", "NS1", "--behind"],
-        ["design", "impact-damper/A", "--vary", "half_clearance=4:6", "--range", "1.1", "1.2", "--store"],
+        ["curve", "impact-damper/A", "--branch", "omega=0.9:1.0", "--bounds", "zeta=0.04:0.05", "--at", "NS1",
+         "--behind"],
+        ["design", "impact-damper/A", "--bounds", "half_clearance=4:6", "--band", "omega=1.1:1.2", "--store"],
     ],
 )  # fmt: skip
 def test_the_command_line_refuses_what_cannot_be_the_name_of_a_file(
@@ -920,8 +927,6 @@ def test_the_command_line_refuses_what_cannot_be_the_name_of_a_file(
         (lambda: vi.ImpactDamper(M1=1.0), "from_physical"),
         (lambda: vi.Harmonic(1.0, amplitude=1.0), "sine and cosine"),
         (lambda: vi.State((0.0,), (0.0,), theta=1.0), "State, which takes position"),
-        (lambda: vi.basins(None, over={"x1": [0], "v1": [0]}, start=None, stetle_periods=3), "settle_periods"),
-        (lambda: vi.plane(None, over={"a": [0], "b": [0]}, start=None, worker=3), "workers"),
     ],
 )  # fmt: skip
 def test_an_unknown_keyword_is_answered_with_those_there_are(
@@ -1021,7 +1026,7 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
         ),
         (
             lambda: vi.find_orbit(
-                still(RUBBING), vi.Guess(np.ones((1, 3)), np.ones(1)), impacts=[(0, 1)]
+                still(RUBBING), vi.Guess(np.ones((1, 3)), np.ones(1)), stops=[(0, 1)]
             ),
             "0 flights are given for 1 impacts.*Give a run, a state or an orbit",
         ),
@@ -1098,9 +1103,12 @@ def test_a_mistake_in_a_file_is_named_with_its_table_and_the_names_there_are(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--parameter", "omgea", "--range", "0.9", "1.1"], "parameter = 'omgea': must be one of"),
-        (["--range", "1.5", "0.5"], "range = (1.5, 0.5): need low < high"),
-        (["--omega", "1.3", "--range", "0.9", "1.2"], "range = (0.9, 1.2): must hold omega = 1.3"),
+        (["--bounds", "omgea=0.9:1.1"], "bounds = 'omgea': must be one of"),
+        (["--bounds", "omega=1.5:0.5"], "must be NAME=LOW:HIGH with LOW < HIGH"),
+        (
+            ["--omega", "1.3", "--bounds", "omega=0.9:1.2"],
+            "bounds = (0.9, 1.2): must hold omega = 1.3",
+        ),
     ],
 )
 def test_the_command_branch_names_the_option_that_is_wrong(

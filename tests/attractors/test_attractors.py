@@ -376,14 +376,15 @@ def test_the_circle_of_set_a_is_born_supercritically_at_the_point_found_in_close
     (birth,) = [p for p in symmetric_bifurcations(SET_A, omega=(1.0, 1.02)) if p.kind == "NS"]
     steps = np.array([2e-4, 4e-4])
     circles = [
-        classify(replace(SET_A, omega=birth.omega - d), PLAIN, max_settle=512_000) for d in steps
+        classify(replace(SET_A, omega=birth.omega - d), PLAIN, most_settle_events=512_000)
+        for d in steps
     ]
     squares = np.array([circle.section.x1.std() ** 2 for circle in circles])
     assert squares[1] / squares[0] == pytest.approx(2.0, rel=0.05)
     near, far = (circle.rotation.value for circle in circles)
     angle = abs(np.angle(birth.half_multiplier**2)) / (2.0 * math.pi)
     assert 2.0 * near - far == pytest.approx(angle, abs=0.05 * abs(near - angle))
-    above = classify(replace(SET_A, omega=birth.omega + 2e-4), PLAIN, max_settle=512_000)
+    above = classify(replace(SET_A, omega=birth.omega + 2e-4), PLAIN, most_settle_events=512_000)
     assert above.label == "1-1-1 periodic, symmetric"
 
 

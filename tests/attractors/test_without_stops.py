@@ -12,7 +12,7 @@ from vibroimpact.plotting import plot_section
 
 REST = vi.State((0.0,), (0.0,))
 PAIR = vi.State((0.0, 0.0), (0.0, 0.0))
-FEW = {"settle": 100, "points": 100, "max_settle": 800}
+FEW = {"settle_events": 100, "points": 100, "most_settle_events": 800}
 
 
 def belt(force=0.0):
@@ -193,7 +193,7 @@ def test_a_free_body_that_only_rubs_does_not_advance_by_rounding(omega: float) -
         mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], forces=(vi.Harmonic(omega, (1.0,)),),
         elements=(vi.Friction((1.0,), 0.3),),
     )  # fmt: skip
-    found = vi.classify(body, vi.State((0.0,), (0.3,)), settle=20, points=64)
+    found = vi.classify(body, vi.State((0.0,), (0.3,)), settle_events=20, points=64)
     assert found.label == "1-0-0 periodic"
     assert found.progress.tolist() == [0.0]
 
@@ -205,7 +205,7 @@ def test_impacts_are_those_between_the_points_at_changes_of_state() -> None:
                   vi.Friction((1.0,), 0.1, 0.2, belt_speed=0.05)),
     )  # fmt: skip
     start = vi.State((0.0,), (0.0,))
-    found = vi.classify(block, start, at=vi.AtChange(1), settle=20, points=64)
+    found = vi.classify(block, start, at=vi.AtChange(1), settle_events=20, points=64)
     run = vi.simulate(block, start, t_max=float(found.section.time[-1]), impacts=10**6)
     changes = run.time[np.flatnonzero(np.diff(run.all_states[:, 1]))]
     assert (changes < found.section.time[0]).sum() == 20

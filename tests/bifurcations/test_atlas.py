@@ -19,7 +19,7 @@ DAMPER = vi.ImpactDamper(
 def atlas() -> vi.Atlas:
     """A small part of the plane, around both resonances 1:4."""
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    return vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most=4)
+    return vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most_curves=4)
 
 
 @pytest.mark.slow
@@ -48,7 +48,7 @@ def test_folds_of_period_four_are_in_the_atlas_and_their_points_shared() -> None
 
 def test_a_search_that_stops_at_its_greatest_number_says_so() -> None:
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    part = vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most=1)
+    part = vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most_curves=1)
     assert len(part) == 1
     assert not part.complete
     assert "not complete" in repr(part)
@@ -59,7 +59,7 @@ def test_an_interrupted_search_keeps_its_curves() -> None:
         raise KeyboardInterrupt
 
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    part = vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), levels=0, progress=stop)
+    part = vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), depth=0, progress=stop)
     assert len(part) == 1
     assert not part.complete
 
@@ -75,6 +75,6 @@ def test_the_dataset_has_every_point_of_every_curve() -> None:
 def test_bad_input_is_refused() -> None:
     orbit = vi.symmetric_orbits(DAMPER)[0]
     with pytest.raises(vi.InvalidParameterError, match="levels"):
-        vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), levels=-1)
+        vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), depth=-1)
     with pytest.raises(vi.InvalidParameterError, match="twice the same"):
         vi.bifurcation_atlas(orbit, ("omega", "omega"), ((0.9, 1.05), (5.0, 6.3)))

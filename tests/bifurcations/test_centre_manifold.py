@@ -33,7 +33,7 @@ def test_its_terms_are_those_of_the_map_on_the_section(
     point: vi.BifurcationPoint, manifold: Centre
 ) -> None:
     equations = point.problem.equations
-    form = vi.normal_form("NS", equations.forms(manifold.z, manifold.a), parameter=False)
+    form = vi.normal_form("NS", equations.forms(manifold.z, manifold.a), unfolded=False)
     assert isinstance(form, vi.normal_forms.NeimarkSacker)
     for mine, theirs in ((manifold.v, form.q), (manifold.h20, form.h20), (manifold.h11, form.h11)):
         # rounding times the conditions of L(nu^2) and L(1), some hundreds
@@ -51,7 +51,7 @@ def test_the_multiplier_and_the_orbit_move_as_differences_say(
             system = replace(point.orbit.system, **{name: value})
             guess = vi.Guess(point.orbit.states, point.orbit.durations)
             orbit = vi.find_orbit(
-                system, guess, impacts=point.orbit.signature.impacts, cycles=1, symmetric=True
+                system, guess, stops=point.orbit.signature.impacts, cycles=1, symmetric=True
             )
             nus.append(min(orbit.half_multipliers, key=lambda nu: abs(nu - manifold.nu)))
             orbits.append(orbit.problem.packed(orbit.states, orbit.durations))

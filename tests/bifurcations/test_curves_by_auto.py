@@ -52,7 +52,7 @@ def bifurcation_near(curve: dict[str, Any], point: dict[str, float]) -> vi.Bifur
     for offset in OFFSETS:
         beside = replace(oscillator_at(point), **{name: value + offset})
         start = vi.find_orbit(
-            beside, vi.Guess(np.array(states), np.array(times)), impacts="A" * flights,
+            beside, vi.Guess(np.array(states), np.array(times)), stops="A" * flights,
             cycles=flights,
         )  # fmt: skip
         if start.converged:

@@ -62,7 +62,7 @@ def test_multipliers_follow_a_contact_whose_row_is_the_parameter() -> None:
 def test_a_plastic_orbit_is_one_orbit_and_can_be_followed() -> None:
     # its velocity after the impact is zero: the scale of velocities comes from length and time
     system = one_mass(omega=2.2, restitution=0.0, lower=-0.2)
-    search = vi.find_orbits(system, cycles=3, impacts=3, starts=5)
+    search = vi.find_orbits(system, most_cycles=3, most_impacts=3, starts=5)
     assert [orbit.symbol for orbit in search.orbits] == ["1-0-1"]
     branch = vi.continue_orbit(search.orbits[0], "forces[0].sine[0]", (0.5, 4.0))
     assert branch.values.max() == 4.0
@@ -94,7 +94,7 @@ def test_without_loss_no_torus_is_invented() -> None:
         forces=(vi.Harmonic(1.0, (0.5,), (0.2,)),),
         elements=(vi.RigidStop((1.0,), upper=1.0, restitution=1.0),),
     )
-    orbit = vi.find_orbits(system, cycles=2, impacts=3, starts=10).orbits[0]
+    orbit = vi.find_orbits(system, most_cycles=2, most_impacts=3, starts=10).orbits[0]
     branch = vi.continue_orbit(orbit, "stiffness[0][0]", (0.29, 0.31))
     assert [p for p in branch.special_points if p.kind == "NS"] == []
     assert {note.name for note in branch.curve.unresolved} == {"torus"}
@@ -153,7 +153,7 @@ def meeting(omega: float, k2: float) -> vi.Mechanism:
 @pytest.mark.slow
 def test_where_two_impacts_coincide_the_branch_says_so_and_ends_soon() -> None:
     system = vi.Family(meeting, omega=1.3, k2=1.0)
-    found = vi.find_orbits(system, cycles=1, impacts=3, starts=10).orbits
+    found = vi.find_orbits(system, most_cycles=1, most_impacts=3, starts=10).orbits
     one_of_each = {orbit.signature: orbit for orbit in found}
     triple = [orbit for orbit in one_of_each.values() if len(orbit.signature.impacts) == 3]
     assert len(triple) == 3

@@ -39,7 +39,7 @@ LOCATED = 1e-10
 def orbit_of(case: dict[str, Any], system: vi.Mechanism) -> vi.Orbit:
     """Newton from the orbit of a reference."""
     impacts = impacts_of(case["signature"])
-    return vi.find_orbit(system, guess_of_entry(case), impacts=impacts, cycles=case["cycles"])
+    return vi.find_orbit(system, guess_of_entry(case), stops=impacts, cycles=case["cycles"])
 
 
 def start_near(case: dict[str, Any], system: vi.Mechanism, push: float) -> vi.Orbit:
@@ -57,9 +57,7 @@ def start_near(case: dict[str, Any], system: vi.Mechanism, push: float) -> vi.Or
     problem = OrbitProblem(mechanism_of_entry(case), Signature(first, case["cycles"]), "")
     z = problem.packed(np.array(states), np.array(numbers(durations)))
     z = z + push * np.linalg.svd(problem.jacobian(z, 0.0)[0])[2][-1]
-    return vi.find_orbit(
-        system, vi.Guess(*problem.unpacked(z)), impacts=first, cycles=case["cycles"]
-    )
+    return vi.find_orbit(system, vi.Guess(*problem.unpacked(z)), stops=first, cycles=case["cycles"])
 
 
 @pytest.mark.slow
@@ -133,7 +131,7 @@ def test_orbits_found_here_lie_on_the_branches_of_auto(branch: dict[str, Any]) -
             ]
         )
         guess = vi.Guess(states, np.array([point["T2"], point["T1"]]))
-        orbit = vi.find_orbit(system, guess, impacts="AA", cycles=2)
+        orbit = vi.find_orbit(system, guess, stops="AA", cycles=2)
         if point["type"] in ("LP", "BP"):
             continue  # singular there: the points themselves are compared above
         assert orbit.converged, (free, point)
@@ -172,7 +170,7 @@ def test_symmetry_breaking_leads_to_two_mirror_images() -> None:
     assert other.values.max() == middle
     first = other.orbit(next(i for i in range(len(other)) if 0.69 < other.values[i] < 0.7))
     image = vi.Guess(mirrored(first.states, math.pi), first.durations)
-    second = vi.find_orbit(first.system, image, impacts="BA", cycles=1)
+    second = vi.find_orbit(first.system, image, stops="BA", cycles=1)
     for orbit in (first, second):
         assert orbit.stable
         assert not orbit.symmetric
@@ -269,7 +267,7 @@ def test_onset_of_sticking_is_where_a_plastic_impact_no_longer_opens() -> None:
             orbit := vi.find_orbit(
                 system,
                 vi.Guess(np.array([[0.5, 0.0, phase]]), np.array([2.0 * math.pi])),
-                impacts="A",
+                stops="A",
                 cycles=1,
             )
         ).converged
@@ -320,7 +318,7 @@ def test_evaluations_of_a_point_do_not_grow_with_the_impacts_of_its_orbit(
     for times in (1, 6):
         orbit = vi.find_orbit(
             damper, repeated(unfolded(once), once.signature.cycles, times),
-            impacts=once.signature.impacts * times, cycles=once.signature.cycles * times,
+            stops=once.signature.impacts * times, cycles=once.signature.cycles * times,
         )  # fmt: skip
         counted[0] = 0
         steps = vi.Steps(first=0.005, largest=0.02, points=24)

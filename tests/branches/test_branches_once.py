@@ -136,7 +136,7 @@ def test_the_folds_and_touches_of_a_loop_are_those_of_its_closed_form(
         np.array([2.0 * math.pi * cycles / omega]),
     )
     system = vi.Family(oscillator, s=s, r=r, omega=omega)
-    orbit = vi.find_orbit(system, guess, impacts="A", cycles=cycles)
+    orbit = vi.find_orbit(system, guess, stops="A", cycles=cycles)
     np.testing.assert_allclose(orbit.states, guess.states, rtol=1e-9)
     fold = math.hypot(gamma, kappa)
     branch = vi.continue_orbit(orbit, "s", (-2.0 * fold, 2.0 * fold))

@@ -38,7 +38,7 @@ CLOSE = 1e-8  # Newton's method ends near 1e-14; a square root at a special poin
 @pytest.fixture(scope="module")
 def diagram() -> Diagram:
     """Symmetry breaking at 0.707; on what is born there period doubling and grazing, twice each."""
-    return branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", RANGE, depth=2, attractors=40)
+    return branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", RANGE, depth=2, points=40)
 
 
 # ---- the tree ------------------------------------------------------------------------------------
@@ -81,13 +81,13 @@ def test_known_branches_are_reached_but_not_followed_again(diagram: Diagram) -> 
 def test_what_is_left_is_named(diagram: Diagram) -> None:
     doubled = next(k for k, b in enumerate(diagram.branches) if b.symbol == "2-2-2")
     assert (doubled, "PD1") in diagram.untried
-    shallow = branch_diagram(
-        vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), depth=0, attractors=0
-    )
+    shallow = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), depth=0, points=0)
     assert shallow.untried == ((0, "BP1"),)
     assert shallow.attractors is None
     assert "not tried: BP1 of 0" in repr(shallow)
-    few = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), most=1, attractors=0)
+    few = branch_diagram(
+        vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), most_branches=1, points=0
+    )
     assert (len(few.branches), few.untried) == (1, ((0, "BP1"),))
 
 
@@ -98,14 +98,14 @@ def test_a_point_where_nothing_is_found_is_listed_with_its_reason(
         return vi.NoBranch(point, "the start did not converge")
 
     monkeypatch.setattr("vibroimpact.branches.diagram.switch_branch", nothing)
-    tried = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), attractors=0)
+    tried = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), points=0)
     assert [(r.label, r.how) for r in tried.failed] == [("BP1", "the start did not converge")]
     assert "no branch at BP1 of 0: the start did not converge" in repr(tried)
 
 
 def test_points_at_which_the_machine_does_not_move_so_are_not_switched_at() -> None:
     tried = branch_diagram(
-        vi.symmetric_orbits(replace(SET_A, omega=0.52))[0], "omega", (0.5, 0.53), attractors=0,
+        vi.symmetric_orbits(replace(SET_A, omega=0.52))[0], "omega", (0.5, 0.53), points=0,
         depth=1,
     )  # fmt: skip
     (first,) = (r for r in tried.reached if r.branch == 0)
@@ -117,7 +117,7 @@ def test_points_at_which_the_machine_does_not_move_so_are_not_switched_at() -> N
 
 def test_counts_out_of_range_are_refused() -> None:
     orbit = vi.symmetric_orbits(SET_A)[0]
-    for name, value in {"depth": -1, "most": 0, "attractors": -1}.items():
+    for name, value in {"depth": -1, "most_branches": 0, "points": -1}.items():
         with pytest.raises(vi.InvalidParameterError, match=f"{name} = {value}"):
             branch_diagram(orbit, "omega", RANGE, **{name: value})
 
@@ -201,7 +201,7 @@ def test_the_picture_shows_every_branch_over_the_attractors(diagram: Diagram) ->
     assert "attractors" in [text.get_text() for text in legend.get_texts()]
     shown = [text.get_text().removesuffix(", symmetric") for text in legend.get_texts()]
     assert {f"{i}: {b.symbol}" for i, b in enumerate(diagram.branches)} <= set(shown)
-    assert not diagram.plot("x1", points=False).texts
+    assert not diagram.plot("x1", marks=False).texts
     assert diagram.plot("speed").get_ylabel() == "smallest impact speed"  # no cloud of it
 
 
@@ -225,7 +225,7 @@ def test_the_repr_is_the_tree(diagram: Diagram) -> None:
 def test_progress_is_told_what_is_done() -> None:
     told: list[str] = []
     tried = branch_diagram(
-        vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), attractors=2, depth=1,
+        vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), points=2, depth=1,
         progress=lambda report: told.append(report.text),
     )  # fmt: skip
     heads = [
@@ -256,7 +256,7 @@ def test_an_interruption_keeps_the_branches_found_until_then() -> None:
     orbit = vi.symmetric_orbits(SET_A)[0]
     for panels in (1, 3):  # before the second branch begins, and in it
         tried = branch_diagram(
-            orbit, "omega", (0.7, 0.75), attractors=10, progress=after_panels(panels)
+            orbit, "omega", (0.7, 0.75), points=10, progress=after_panels(panels)
         )
         assert tried.interrupted
         assert repr(tried).endswith("interrupted")

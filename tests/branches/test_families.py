@@ -91,7 +91,7 @@ def test_the_member_found_is_the_one_next_to_the_guess(off: float) -> None:
         wrong = 1.0 + off * rng.uniform(-1.0, 1.0, 2)
         guess = vi.Guess(np.array([[0.0, v * wrong[0], 0.0]]), np.array([2.0 * v / gravity]))
         guess.durations[:] *= wrong[1]
-        orbit = vi.find_orbit(ball(gravity), guess, impacts=["B"], cycles=0)
+        orbit = vi.find_orbit(ball(gravity), guess, stops=["B"], cycles=0)
         assert orbit.converged
         assert orbit.period == pytest.approx(2.0 * orbit.states[0, 1] / gravity, rel=SOLVED)
         assert orbit.states[0, 1] == pytest.approx(v, rel=2.0 * off + SOLVED)
@@ -169,7 +169,7 @@ def test_folds_and_branch_points_are_no_families() -> None:
 
 
 def test_a_search_lists_one_member_of_a_family() -> None:
-    search = find_orbits(ball(1.0), starts=5, impacts=2)
+    search = find_orbits(ball(1.0), starts=5, most_impacts=2)
     assert len(search) == 1
     assert search.orbits[0].family_dimension == 1
 
@@ -195,7 +195,7 @@ def test_without_forcing_no_lossy_impact_is_part_of_an_orbit(seed: int) -> None:
     guess = vi.Guess(np.array([[*place, *rng.normal(size=n), 0.0]]), np.array([2.0]))
     for orbit in (
         vi.find_orbit(system, start),
-        vi.find_orbit(system, guess, impacts=["B"], cycles=0),
+        vi.find_orbit(system, guess, stops=["B"], cycles=0),
     ):
         if orbit.converged:  # an undamped motion that only touches the stop loses nothing
             assert not seed % 2
@@ -210,7 +210,7 @@ def test_a_flight_that_shrinks_to_nothing_is_rest_and_no_orbit() -> None:
         system = oscillator(stiffness=1.0, damping=0.0, lower=wall, upper=math.inf,
                             restitution=1.0)  # fmt: skip
         guess = vi.Guess(np.array([[wall, v, 0.0]]), np.array([t]))
-        orbit = vi.find_orbit(system, guess, impacts=["B"], cycles=0)
+        orbit = vi.find_orbit(system, guess, stops=["B"], cycles=0)
         # x = wall cos t + v sin t comes back after twice the angle of its velocity
         back = 2.0 * math.atan2(orbit.states[0, 1], wall)
         assert not orbit.converged or orbit.period == pytest.approx(back, rel=SOLVED)
@@ -222,7 +222,7 @@ def test_a_run_that_ends_in_tiny_hops_gives_no_tiny_orbit() -> None:
     system = oscillator(stiffness=1.7, damping=0.004, lower=0.2, upper=math.inf, restitution=0.83)
     for speed in (1e-9, 1e-7, 1e-5):
         guess = vi.Guess(np.array([[0.2, speed, 0.0]]), np.array([2.0 * speed / (1.7 * 0.2)]))
-        orbit = vi.find_orbit(system, guess, impacts=["B"], cycles=0)
+        orbit = vi.find_orbit(system, guess, stops=["B"], cycles=0)
         assert not orbit.converged
         assert "every impact loses energy" in orbit.status
 

@@ -49,7 +49,7 @@ def fast(states: Any, _durations: Any, parameters: Any) -> Any:
 def branch() -> vi.Branch:
     """Branch on which this function has a zero."""
     start = vi.symmetric_orbits(damper(1.05))[0]
-    return vi.continue_orbit(start, "omega", BOUNDS[0], events={"FAST": fast})
+    return vi.continue_orbit(start, "omega", BOUNDS[0], test_functions={"FAST": fast})
 
 
 @cache
@@ -108,7 +108,9 @@ def test_a_file_keeps_the_points_without_the_function(tmp_path: Path) -> None:
 def test_other_special_points_have_the_same_bits_beside_it() -> None:
     start, wide = vi.symmetric_orbits(damper(0.95))[0], (0.92, 1.02)
     alone = vi.continue_orbit(start, "omega", wide)
-    beside = vi.continue_orbit(start, "omega", wide, events={"NEVER": lambda _s, _d, p: p["omega"]})
+    beside = vi.continue_orbit(
+        start, "omega", wide, test_functions={"NEVER": lambda _s, _d, p: p["omega"]}
+    )
     assert [point.label for point in alone.special_points] == ["NS1", "NS2"]
     assert [p.parameter for p in alone.special_points] == [
         p.parameter for p in beside.special_points
@@ -129,7 +131,9 @@ def test_other_special_points_have_the_same_bits_beside_it() -> None:
 )
 def test_other_events_are_refused(events: Any, message: str) -> None:
     with pytest.raises(InvalidParameterError, match=message):
-        vi.continue_orbit(vi.symmetric_orbits(damper(1.05))[0], "omega", BOUNDS[0], events=events)
+        vi.continue_orbit(
+            vi.symmetric_orbits(damper(1.05))[0], "omega", BOUNDS[0], test_functions=events
+        )
 
 
 # ---- one record ----------------------------------------------------------------------------------

@@ -40,7 +40,9 @@ def numbers(argv: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, ob
 def test_branch_writes_and_says_the_branch_of_the_library(
     expected: vi.Branch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    out = said(["branch", CASE, "--range", "0.9", "1.2", "--out", "b.nc", "--out", "b.svg"], capsys)
+    out = said(
+        ["branch", CASE, "--bounds", "omega=0.9:1.2", "--out", "b.nc", "--out", "b.svg"], capsys
+    )
     assert repr(expected) in out
     assert out.endswith("wrote b.nc, b.svg\n")
     np.testing.assert_array_equal(vi.load("b.nc").curve.z, expected.curve.z)
@@ -48,7 +50,7 @@ def test_branch_writes_and_says_the_branch_of_the_library(
 
 
 def test_omega_and_the_sign_of_the_orbit_may_be_given(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["branch", CASE, "--omega", "1.1", "--orbit", "minus", "--range", "1.09", "1.11"]
+    argv = ["branch", CASE, "--omega", "1.1", "--orbit", "minus", "--bounds", "omega=1.09:1.11"]
     out = said([*argv, "--out", "b.nc"], capsys)
     _, minus = vi.symmetric_orbits(replace(SET_A, omega=1.1))
     branch = vi.continue_orbit(minus, "omega", (1.09, 1.11))
@@ -60,14 +62,14 @@ def test_another_parameter_of_a_panel_varies_around_its_value(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     out = said(
-        ["branch", "impact-damper/2c", "--parameter", "restitution", "--range", "0.78", "0.82"],
+        ["branch", "impact-damper/2c", "--bounds", "restitution=0.78:0.82"],
         capsys,
     )
     assert "restitution 0.78 to 0.82" in out
 
 
 def test_switch_goes_from_branch_to_branch(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["branch", CASE, "--range", "0.666", "0.708", "--switch", "BP1", "--switch", "PD1"]
+    argv = ["branch", CASE, "--bounds", "omega=0.666:0.708", "--switch", "BP1", "--switch", "PD1"]
     out = said([*argv, "--variable", "x1", "--out", "b.nc", "--out", "b.png"], capsys)
     assert out.count("Branch of") == 3
     assert vi.load("b.nc").symbol == "2-2-2"
@@ -76,7 +78,7 @@ def test_switch_goes_from_branch_to_branch(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_a_rule_ends_every_branch(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["branch", CASE, "--range", "0.70", "0.75", "--switch", "BP1"]
+    argv = ["branch", CASE, "--bounds", "omega=0.70:0.75", "--switch", "BP1"]
     argv += ["--stop-when", "unstable=0", "--stop-when", "inadmissible=0.5", "--out", "b.nc"]
     out = said(argv, capsys)
     rules = [vi.stop.unstable(multipliers=0), vi.stop.inadmissible(beyond=0.5)]
@@ -97,7 +99,7 @@ def test_a_rule_ends_every_branch(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_unknown_rule_is_refused_with_those_there_are(
     rule: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert cli.main(["branch", CASE, "--range", "0.9", "1.2", "--stop-when", rule]) == 2
+    assert cli.main(["branch", CASE, "--bounds", "omega=0.9:1.2", "--stop-when", rule]) == 2
     assert f"{rule!r}: must be inadmissible=SHARE" in capsys.readouterr().err
 
 
@@ -111,7 +113,7 @@ def test_the_multipliers_are_drawn_on_request(
         return plt.subplots()[1]
 
     monkeypatch.setattr("vibroimpact.cli.branch.plot_branch_multipliers", stand_in)
-    argv = ["branch", CASE, "--range", "1.04", "1.06", "--multipliers", "--out", "m.png"]
+    argv = ["branch", CASE, "--bounds", "omega=1.04:1.06", "--multipliers", "--out", "m.png"]
     said(argv, capsys)
     assert [branch.symbol for branch in drawn] == ["1-1-1"]
 
@@ -120,8 +122,8 @@ def test_a_mechanism_starts_from_what_its_motion_settles_to(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     Path("wall.toml").write_text(WALL, encoding="utf-8")
-    argv = ["branch", "--config", "wall.toml", "--parameter", "elements[0].restitution"]
-    out = said([*argv, "--range", "0.68", "0.72", "--out", "b.nc"], capsys)
+    argv = ["branch", "--config", "wall.toml", "--bounds", "elements[0].restitution=0.68:0.72"]
+    out = said([*argv, "--out", "b.nc"], capsys)
     loaded = vi.load("b.nc")
     orbit = vi.find_orbit(loaded.family.system, vi.State((0.0,), (0.0,)))
     branch = vi.continue_orbit(orbit, "elements[0].restitution", (0.68, 0.72))
@@ -132,7 +134,7 @@ def test_a_mechanism_starts_from_what_its_motion_settles_to(
 def test_a_damper_with_a_state_starts_from_what_it_settles_to(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    argv = ["branch", CASE, "--range", "1.15", "1.25", "--position", "0", "0"]
+    argv = ["branch", CASE, "--bounds", "omega=1.15:1.25", "--position", "0", "0"]
     out = said([*argv, "--velocity", "0", "1", "--omega", "1.2"], capsys)
     assert "Branch of 1-1-1 orbits, omega 1.15 to 1.25" in out
     assert "100% of it stable" in out
@@ -144,7 +146,7 @@ def test_a_damper_with_a_state_starts_from_what_it_settles_to(
 def test_normal_form_prints_the_numbers_of_the_library(
     expected: vi.Branch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = numbers([CASE, "--range", "0.9", "1.2", "--at", "NS2"], capsys)
+    found = numbers([CASE, "--bounds", "omega=0.9:1.2", "--at", "NS2"], capsys)
     point = expected["NS2"]
     form = point.normal_form
     assert isinstance(form, NeimarkSacker)
@@ -166,7 +168,7 @@ def test_normal_form_prints_the_numbers_of_the_library(
 
 
 def test_near_a_strong_resonance_it_warns(capsys: pytest.CaptureFixture[str]) -> None:
-    out = said(["normal-form", CASE, "--range", "0.9", "0.95", "--at", "NS1"], capsys)
+    out = said(["normal-form", CASE, "--bounds", "omega=0.9:0.95", "--at", "NS1"], capsys)
     assert "warning: |nu^4 - 1| = 0.0234, near the strong resonance 1:4" in out
     assert "1/4 0.02337" in out
     assert "supercritical: a circle, attracting, for omega > 0.931845377" in out
@@ -183,7 +185,7 @@ def test_near_a_strong_resonance_it_warns(capsys: pytest.CaptureFixture[str]) ->
 def test_every_kind_of_point_is_described(
     argv: list[str], words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    base = [CASE, "--range", "0.666", "0.708", *argv]
+    base = [CASE, "--bounds", "omega=0.666:0.708", *argv]
     out = said(["normal-form", *base], capsys)
     assert words in out
     assert "for omega < 0." in out
@@ -191,7 +193,7 @@ def test_every_kind_of_point_is_described(
 
 
 def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = [CASE, "--range", "0.6", "0.71", "--switch", "BP1", "--switch", "GR1", "--at", "SN1"]
+    argv = [CASE, "--bounds", "omega=0.6:0.71", "--switch", "BP1", "--switch", "GR1", "--at", "SN1"]
     out = said(["normal-form", *argv], capsys)
     assert "two orbits for omega < 0.66127683" in out
 
@@ -202,18 +204,18 @@ def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        (["branch", CASE, "--range", "1.2", "0.9"], "need low < high"),
-        (["branch", CASE, "--omega", "0.5", "--range", "0.9", "1.2"], "must hold omega = 0.5"),
+        (["branch", CASE, "--bounds", "omega=1.2:0.9"], "LOW < HIGH"),
+        (["branch", CASE, "--omega", "0.5", "--bounds", "omega=0.9:1.2"], "must hold omega = 0.5"),
         (
-            ["branch", "impact-damper/2c", "--range", "0.9", "1.2", "--parameter", "nothing"],
-            "parameter = 'nothing': must be one of mass_ratio",
+            ["branch", "impact-damper/2c", "--bounds", "nothing=0.9:1.2"],
+            "bounds = 'nothing': must be one of mass_ratio",
         ),
         (
-            ["branch", CASE, "--range", "1.04", "1.06", "--switch", "BP1"],
+            ["branch", CASE, "--bounds", "omega=1.04:1.06", "--switch", "BP1"],
             "one of those there are: none",
         ),
-        (["branch", CASE, "--range", "1.0", "1.1", "--out", "b.txt"], "must end in"),
-        (["normal-form", CASE, "--range", "1.0", "1.05", "--at", "NS9"], "must be one of NS1"),
+        (["branch", CASE, "--bounds", "omega=1.0:1.1", "--out", "b.txt"], "must end in"),
+        (["normal-form", CASE, "--bounds", "omega=1.0:1.05", "--at", "NS9"], "must be one of NS1"),
     ],
 )
 def test_misuse_is_refused_with_what_is_allowed(
@@ -226,11 +228,11 @@ def test_misuse_is_refused_with_what_is_allowed(
     ("argv", "message"),
     [
         (
-            ["branch", CASE, "--half-clearance", "500", "--range", "1.0", "1.2"],
+            ["branch", CASE, "--half-clearance", "500", "--bounds", "omega=1.0:1.2"],
             "no symmetric 1-1-1 orbit exists at omega = 1.1",
         ),
-        (["branch", CASE, "--range", "1.0", "1.05", "--switch", "NS1"], "no other branch"),
-        (["normal-form", CASE, "--range", "0.5", "0.55", "--at", "GR1"], "not smooth"),
+        (["branch", CASE, "--bounds", "omega=1.0:1.05", "--switch", "NS1"], "no other branch"),
+        (["normal-form", CASE, "--bounds", "omega=0.5:0.55", "--at", "GR1"], "not smooth"),
     ],
 )
 def test_what_does_not_exist_is_a_failure_with_the_reason(
@@ -245,5 +247,5 @@ def test_a_motion_that_leads_to_no_orbit_is_a_failure(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     Path("far.toml").write_text(WALL.replace("upper = 0.5", "upper = 50.0"), encoding="utf-8")
-    assert cli.main(["branch", "--config", "far.toml", "--range", "0.7", "0.9"]) == cli.FAILED
+    assert cli.main(["branch", "--config", "far.toml", "--bounds", "omega=0.7:0.9"]) == cli.FAILED
     assert "no periodic orbit was found" in capsys.readouterr().err

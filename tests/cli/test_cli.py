@@ -57,9 +57,9 @@ def test_simulate_writes_the_run_of_the_library() -> None:
 
 def test_section_writes_the_section_of_the_library() -> None:
     argv = ["section", *CASE, "--position", "0", "0", "--velocity", "0", "-1e0", "--points", "30"]
-    assert cli.main([*argv, "--settle", "7", "--at", "B", "--out", "s.nc"]) == 0
+    assert cli.main([*argv, "--settle-events", "7", "--at", "B", "--out", "s.nc"]) == 0
     start = vi.State((0.0, 0.0), (0.0, -1.0))
-    expected = vi.section(SET_A, start, at=vi.AtStop("B"), points=30, settle=7)
+    expected = vi.section(SET_A, start, at=vi.AtStop("B"), points=30, settle_events=7)
     xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
 
 
@@ -134,8 +134,8 @@ def test_help_has_no_markup_of_docstrings(command: str, capsys: pytest.CaptureFi
 def test_help_shows_the_defaults_of_the_functions(capsys: pytest.CaptureFixture[str]) -> None:
     cli.main(["section", "--help"])
     shown = " ".join(capsys.readouterr().out.split())
-    default = inspect.signature(vi.section).parameters["settle"].default
-    assert re.search(rf"--settle SETTLE [^()]*\([^()]*\)[^()]*\(default: {default}\)", shown)
+    default = inspect.signature(vi.section).parameters["settle_events"].default
+    assert re.search(rf"--settle-events EVENTS [^()]*\([^()]*\)[^()]*\(default: {default}\)", shown)
 
 
 # ---- files that describe a system ----------------------------------------------------------------
@@ -190,10 +190,10 @@ def test_a_damper_in_si_units_is_read_from_a_file(capsys: pytest.CaptureFixture[
 
 def test_a_section_at_a_phase_is_that_of_the_library() -> None:
     Path("run.toml").write_text(DAMPER)
-    arguments = ["section", "--config", "run.toml", "--points", "20", "--settle", "5"]
+    arguments = ["section", "--config", "run.toml", "--points", "20", "--settle-events", "5"]
     assert cli.main([*arguments, "--at", "phase=0.5", "--out", "s.nc", "--out", "s.png"]) == 0
     expected = vi.section(
-        SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), at=vi.AtPhase(0.5), points=20, settle=5
+        SET_A, vi.State((0.0, 0.0), (0.0, 1.0)), at=vi.AtPhase(0.5), points=20, settle_events=5
     )
     xr.testing.assert_identical(opened("s.nc"), expected.to_dataset())
 
@@ -221,7 +221,7 @@ def test_a_section_at_a_change_of_state_is_that_of_the_library(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     Path("belt.toml").write_text(BELT)
-    arguments = ["section", "--config", "belt.toml", "--points", "4", "--settle", "3"]
+    arguments = ["section", "--config", "belt.toml", "--points", "4", "--settle-events", "3"]
     assert (
         cli.main([*arguments, "--at", "change=0:backward", "--out", "s.nc", "--out", "s.png"]) == 0
     )

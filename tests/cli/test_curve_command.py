@@ -21,8 +21,8 @@ CASE = "impact-damper/A"
 SET_A = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.95
 )
-BRANCH = ["curve", CASE, "--range", "0.9", "1.0", "--at", "NS1"]
-NEAR = ["--over", "omega=0.9:0.95", "--over", "half_clearance=4.8:5.5"]
+BRANCH = ["curve", CASE, "--branch", "omega=0.9:1.0", "--at", "NS1"]
+NEAR = ["--bounds", "omega=0.9:0.95", "--bounds", "half_clearance=4.8:5.5"]
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_coefficients_are_printed_with_what_is_born(
 
 
 def test_given_once_over_is_the_second_parameter(capsys: pytest.CaptureFixture[str]) -> None:
-    out = said([*BRANCH, "--over", "half_clearance=4.9:5.1", "--out", "c.nc"], capsys)
+    out = said([*BRANCH, "--bounds", "half_clearance=4.9:5.1", "--out", "c.nc"], capsys)
     assert "Curve of NS points" in out
     loaded = vi.load("c.nc")
     assert loaded.names == ("omega", "half_clearance")
@@ -82,9 +82,9 @@ def test_given_once_over_is_the_second_parameter(capsys: pytest.CaptureFixture[s
 def test_then_follows_another_curve_through_a_point_of_the_last_one(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    argv = ["curve", CASE, "--half-clearance", "1.6", "--range", "0.9", "1.1"]
+    argv = ["curve", CASE, "--half-clearance", "1.6", "--branch", "omega=0.9:1.1"]
     argv += ["--switch", "BP1", "--at", "PD1", "--then", "R2_1=NS"]
-    argv += ["--over", "omega=0.94:1.0", "--over", "half_clearance=1.5:1.61"]
+    argv += ["--bounds", "omega=0.94:1.0", "--bounds", "half_clearance=1.5:1.61"]
     out = said([*argv, "--out", "c.nc", "--out", "c.png"], capsys)
     assert out.index("Curve of PD points") < out.index("Curve of NS points")
     assert vi.load("c.nc").kind == "NS"
@@ -120,10 +120,10 @@ def test_an_interrupted_curve_leaves_no_file(
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        ([*BRANCH, "--over", "omega=0.9:1.0"], "give --over NAME=LOW:HIGH twice"),
-        ([*BRANCH, "--over", "half_clearance=4:6:20"], "must be NAME=LOW:HIGH"),
-        ([*BRANCH, "--over", "clearance=4:6"], "'clearance'"),
-        ([*BRANCH, "--over", "half_clearance=6:7"], "must hold half_clearance = 5"),
+        ([*BRANCH, "--bounds", "omega=0.9:1.0"], "give --bounds NAME=LOW:HIGH twice"),
+        ([*BRANCH, "--bounds", "half_clearance=4:6:20"], "must be NAME=LOW:HIGH"),
+        ([*BRANCH, "--bounds", "clearance=4:6"], "'clearance'"),
+        ([*BRANCH, "--bounds", "half_clearance=6:7"], "must hold half_clearance = 5"),
         ([*BRANCH[:-1], "NS7", *NEAR], "label = 'NS7': must be one of NS1"),
         ([*BRANCH, *NEAR, "--then", "R4_9=NS"], "then = 'R4_9': must be one of R4_1"),
         ([*BRANCH, *NEAR, "--then", "R4_1"], "must be POINT=KIND"),

@@ -19,8 +19,8 @@ pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
 JUDGED: dict[str, Any] = {"points": 3, "starts": 1, "settle_periods": 20.0, "periods": 5.0}
 ARGV = [
-    "design", "--config", "frame.toml", "--vary", "half_clearance=0.005:0.02",
-    "--over", "omega=7:9", "--unit", "Hz", "--budget", "32", "--refine", "0",
+    "design", "--config", "frame.toml", "--bounds", "half_clearance=0.005:0.02",
+    "--band", "omega=7:9", "--unit", "Hz", "--budget", "32", "--refine", "0",
     *(word for name, value in JUDGED.items() for word in (f"--{name.replace('_', '-')}", str(value))),
 ]  # fmt: skip
 
@@ -60,16 +60,16 @@ def test_design_prints_and_writes_the_best_machine_of_the_library(
     assert "vibroimpact design --config frame.toml" in page.words
 
 
-SCALED = ["design", "impact-damper/A", "--vary", "half_clearance=1:20", *ARGV[5:]]
+SCALED = ["design", "impact-damper/A", "--bounds", "half_clearance=1:20", *ARGV[5:]]
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (["--vary", "half_clearnce=1:2"], "half_clearnce"),
-        (["--over", "zeta=0:1"], "give --over"),
+        (["--bounds", "half_clearnce=1:2"], "half_clearnce"),
+        (["--band", "zeta=0:1"], "give --band"),
         (["--measure", "x9"], "of coordinates 1 to 2"),
-        (["--vary", "restitution=0.5:1.5"], "restitution"),
+        (["--bounds", "restitution=0.5:1.5"], "restitution"),
     ],
 )
 def test_what_cannot_be_designed_is_refused_in_one_sentence(

@@ -70,13 +70,13 @@ def test_followed_downwards_is_taken_with_and_without_an_equals_sign(
 
 
 def test_counts_over_one_parameter_are_drawn_along_it(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["plane", CASE, "--over", OMEGA, "--starts", "2", "--vary", "x1=0:1", *SHORT]
+    argv = ["plane", CASE, "--over", OMEGA, "--starts", "2", "--bounds", "x1=0:1", *SHORT]
     assert "wrote p.png" in said([*argv, "--out", "p.png"], capsys)
 
 
 def test_random_starts_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["sweep", CASE, "--over", OMEGA, "--starts", "4", "--seed", "7", "--vary", "x1=-1:2"]
-    out = said([*argv, "--vary", "v2=0:3", *SHORT, "--out", "s.nc"], capsys)
+    argv = ["sweep", CASE, "--over", OMEGA, "--starts", "4", "--seed", "7", "--bounds", "x1=-1:2"]
+    out = said([*argv, "--bounds", "v2=0:3", *SHORT, "--out", "s.nc"], capsys)
     starts = vi.RandomStarts(4, 7, {"x1": (-1.0, 2.0), "v2": (0.0, 3.0)}, MIDDLE)
     expected = vi.sweep(SET_A, over={"omega": OVER["omega"]}, start=starts, **WINDOW)
     xr.testing.assert_equal(opened("s.nc"), expected)
@@ -112,7 +112,7 @@ def test_plane_observes_what_it_draws(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE, "--starts", "3", "--vary"]
+    argv = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE, "--starts", "3", "--bounds"]
     out = said(
         [*argv, "v1=-1:1", "--settle-periods", "800", "--out", "p.nc", "--out", "p.svg"], capsys
     )
@@ -150,7 +150,7 @@ def test_observers_take_the_options_of_the_library(capsys: pytest.CaptureFixture
 def test_the_section_of_a_count_and_of_a_rotation_is_that_of_the_library(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    many = [*PLANE, *SHORT, "--starts", "2", "--vary", "x1=-1:1", "--at", "B"]
+    many = [*PLANE, *SHORT, "--starts", "2", "--bounds", "x1=-1:1", "--at", "B"]
     said([*many, "--out", "c.nc"], capsys)
     starts = vi.RandomStarts(2, 0, {"x1": (-1.0, 1.0)}, MIDDLE)
     counted = vi.multistability(SET_A, at=vi.AtStop("B"), over=OVER, start=starts, **WINDOW)
@@ -193,8 +193,8 @@ def test_basins_are_those_of_the_library(capsys: pytest.CaptureFixture[str]) -> 
 def test_basins_say_how_many_starts_are_left(capsys: pytest.CaptureFixture[str]) -> None:
     three = ["basins", "impact-damper/B", "--omega", "0.945"]
     argv = [*three, "--over", "x1=-6:6:4", "--over", "v1=-6:6:3"]
-    out = said([*argv, "--most", "1"], capsys)
-    assert "% of the starts. Raise --settle-periods, or --most." in out
+    out = said([*argv, "--most-classified", "1"], capsys)
+    assert "% of the starts. Raise --settle-periods, or --most-classified." in out
     out = said(argv, capsys)
     assert "not matched" not in out
 
@@ -263,14 +263,14 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
         (["sweep", CASE, "--over", OMEGA], "variable: missing. Take one of end"),
         (["sweep", CASE, "--over", OMEGA, "--variable", "power"], "'power': must be one of end"),
         (["sweep", *PLANE[1:], "--over", "zeta=0,0.1", "--variable", "n"], "one or two parameters"),
-        ([*PLANE, "--over", "zeta=0,0.1", "--starts", "2", "--vary", "x1=0:1"], "one or two para"),
-        ([*PLANE[:4], "--starts", "2", "--vary", "x1=0:1", "--most", "3"], "most: is for planes"),
+        ([*PLANE, "--over", "zeta=0,0.1", "--starts", "2", "--bounds", "x1=0:1"], "one or two para"),
+        ([*PLANE[:4], "--starts", "2", "--bounds", "x1=0:1", "--most-motions", "3"], "most_motions: is for planes"),
         ([*PLANE, "--symbols", "1-1-1", "--variable", "period"], "are the colours of 'motion'"),
         (["sweep", *PLANE[1:], "--grid", "x1=0,1", "--variable", "n"], "must have two"),
-        ([*PLANE, "--most", "9"], "most = 9: must be at most 7"),
+        ([*PLANE, "--most-motions", "9"], "most_motions = 9: must be at most 7"),
         ([*PLANE, "--symbols", "1"], "symbols = ['1']: must be 1 to 7 different ones"),
         ([*PLANE, "--variable", "attractors"], "'attractors': must be one of"),
-        ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--variable", "n"], "must have two"),
+        ([*PLANE, "--starts", "2", "--bounds", "x1=0:1", "--variable", "n"], "must have two"),
         (["diagram", CASE, "--over", OMEGA, "--variable", "x9"], "'x9': must be one of"),
     ],
 )  # fmt: skip
@@ -291,19 +291,19 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", "omega=1:2:0"], "COUNT must be a whole number from 1"),
         (["sweep", CASE, "--over", OMEGA, "--over", OMEGA], "over = omega: is given twice"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "sound"], "'sound': must be one of section"),
-        (["sweep", CASE, "--over", OMEGA, "--vary", "x1=0:1"], "Give --starts COUNT"),
+        (["sweep", CASE, "--over", OMEGA, "--bounds", "x1=0:1"], "Give --starts COUNT"),
         (["sweep", CASE, "--over", OMEGA, "--backend", "fpga"], "backend = 'fpga'"),
         (["sweep", CASE, "--over", "omega=1:2:inf"], "finite numbers"),
         (["sweep", CASE, "--over", "omega=1:2:1e18"], "from 1 to 10000000"),
         (["sweep", CASE, "--over", "omega=a"], "must be NAME=LOW:HIGH:COUNT or NAME=A,B"),
         (["sweep", CASE, "--over", OMEGA, "--seed", "3"], "Give --starts COUNT"),
-        ([*RANDOM, "0", "--vary", "x1=0:1"], "starts = 0: must be >= 1"),
-        ([*RANDOM, "2"], "with --vary NAME=LOW:HIGH"),
-        ([*RANDOM, "2", "--vary", "y=0:1"], "vary = 'y': must be one of x1, x2, v1, v2, phase"),
-        ([*RANDOM, "2", "--vary", "x1=0:1:2"], "vary = x1=0:1:2: must be NAME=LOW:HIGH"),
-        ([*RANDOM, "2", "--vary", "x1=0:1", "--vary", "x1=0:2"], "vary = x1: is given twice"),
+        ([*RANDOM, "0", "--bounds", "x1=0:1"], "starts = 0: must be >= 1"),
+        ([*RANDOM, "2"], "with --bounds NAME=LOW:HIGH"),
+        ([*RANDOM, "2", "--bounds", "y=0:1"], "bounds = 'y': must be one of x1, x2, v1, v2, phase"),
+        ([*RANDOM, "2", "--bounds", "x1=0:1:2"], "bounds = x1=0:1:2: must be NAME=LOW:HIGH"),
+        ([*RANDOM, "2", "--bounds", "x1=0:1", "--bounds", "x1=0:2"], "bounds = x1: is given twice"),
         ([*RANDOM, "2", "--grid", "x1=0:1:2"], "grid: excludes --starts"),
-        ([*RANDOM, "2", "--vary", "x1=1:0"], "x1=1:0: must be NAME=LOW:HIGH with LOW < HIGH"),
+        ([*RANDOM, "2", "--bounds", "x1=1:0"], "x1=1:0: must be NAME=LOW:HIGH with LOW < HIGH"),
         (["sweep", CASE, "--over", OMEGA, "--grid", "x1=0,0"], "grid = x1=0,0: must have each val"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:stop=A:stop=B"], "stop is given"),
         (["sweep", CASE, "--over", OMEGA, "--client", "tcp://node:1"], "is for backend = 'dask'"),
@@ -312,7 +312,7 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", OMEGA, "--observe", "impacts:a=1"], "'a' must be left out"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),
         ([*PLANE, "--at", "B"], "at: is for counting attractors"),
-        ([*PLANE, "--starts", "2", "--vary", "x1=0:1", "--observe", "power"], "must be left out"),
+        ([*PLANE, "--starts", "2", "--bounds", "x1=0:1", "--observe", "power"], "must be left out"),
         (["sweep", CASE, "--over", "nothing=1:2:3", "--omega", "1"], "= 'nothing': must be one of m"),
         (["plane", CASE, "--over", "omga=1:2:3", "--over", "force=1:2:3"], "over = 'omga': must be"),
         (["plane", CASE, "--over", OMEGA], "give --over NAME=LOW:HIGH:COUNT twice"),

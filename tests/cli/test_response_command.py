@@ -33,13 +33,13 @@ PHYSICAL = {
     "Omega": OMEGA, "D": 0.02, "restitution": 0.6,
 }  # fmt: skip
 FRAME = "[physical]\n" + "\n".join(f"{name} = {value!r}" for name, value in PHYSICAL.items())
-CHEAP = {"number": 4, "starts": 1, "settle_periods": 40.0, "periods": 10.0, "most": 0}
+CHEAP = {"points": 4, "starts": 1, "settle_periods": 40.0, "periods": 10.0, "most_branches": 0}
 WORDS = [
     word for name, value in CHEAP.items() for word in (f"--{name.replace('_', '-')}", str(value))
 ]
 TITLE = 'Frame <b> & "slot"'
 ARGV = [
-    "response", "--config", "frame.toml", "--over", "omega=7:9", "--unit", "Hz", "--measure", "x1",
+    "response", "--config", "frame.toml", "--band", "omega=7:9", "--unit", "Hz", "--measure", "x1",
     "--compare", "linear", "--title", TITLE, *WORDS,
 ]  # fmt: skip
 OUT = ["--out", "r.nc", "--out", "r.svg", "--out", "r.html"]
@@ -245,16 +245,16 @@ def test_a_response_writes_the_same_report_without_a_command(
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        (["impact-damper/A", "--over", "omega=1.2:1.1"], "omega=1.2:1.1: must be NAME=LOW:HIGH"),
-        (["impact-damper/A", "--over", "omega=0:1"], "band: omega = 0.0: must be > 0"),
-        (["impact-damper/A", "--over", "omega=1:2", "--over", "zeta=0:1"], "give --over"),
-        (["impact-damper/A", "--over", "gap=1:2"], "over = 'gap': must be one of mass_ratio"),
-        (["impact-damper/A", "--over", "omega=1:2", "--measure", "x9"], "row = 'x9': must be"),
-        (["impact-damper/A", "--over", "omega=1:2", "--unit", "rpm"], "unit = 'rpm': must be one"),
-        (["impact-damper/A", "--over", "omega=1:2", "--out", "r.txt"], "must end in .nc"),
-        (["impact-oscillator", "--over", "omega=1:2", "--compare", "tuned", "--zeta", "0.1",
+        (["impact-damper/A", "--band", "omega=1.2:1.1"], "omega=1.2:1.1: must be NAME=LOW:HIGH"),
+        (["impact-damper/A", "--band", "omega=0:1"], "band: omega = 0.0: must be > 0"),
+        (["impact-damper/A", "--band", "omega=1:2", "--band", "zeta=0:1"], "give --band"),
+        (["impact-damper/A", "--band", "gap=1:2"], "band = 'gap': must be one of mass_ratio"),
+        (["impact-damper/A", "--band", "omega=1:2", "--measure", "x9"], "row = 'x9': must be"),
+        (["impact-damper/A", "--band", "omega=1:2", "--unit", "rpm"], "unit = 'rpm': must be one"),
+        (["impact-damper/A", "--band", "omega=1:2", "--out", "r.txt"], "must end in .nc"),
+        (["impact-oscillator", "--band", "omega=1:2", "--compare", "tuned", "--zeta", "0.1",
           "--restitution", "0.6", "--clearance", "0.2"], "compare = 'tuned': needs one mass"),
-        (["impact-damper/A", "--omega", "1", "--over", "zeta=0.1:0.2", "--unit", "Hz"],
+        (["impact-damper/A", "--omega", "1", "--band", "zeta=0.1:0.2", "--unit", "Hz"],
          "zeta is not the forcing frequency"),
     ],
 )  # fmt: skip
@@ -281,7 +281,7 @@ def test_what_is_not_whole_is_not_written(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     returns(replace(response, **changes), monkeypatch)
-    argv = ["response", "impact-damper/A", "--over", "omega=1:2", *OUT]
+    argv = ["response", "impact-damper/A", "--band", "omega=1:2", *OUT]
     assert_nothing_written(argv, status, message, capsys)
 
 
@@ -294,7 +294,7 @@ def test_an_error_in_the_report_leaves_no_other_file(
 
     returns(response, monkeypatch)
     monkeypatch.setattr(command, "report_of", failing)
-    argv = ["response", "impact-damper/A", "--over", "omega=1:2", *OUT]
+    argv = ["response", "impact-damper/A", "--band", "omega=1:2", *OUT]
     assert_nothing_written(argv, cli.FAILED, "the page fails", capsys)
 
 
@@ -302,7 +302,7 @@ def test_a_mechanism_from_a_file_starts_at_rest_or_where_the_file_says(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     Path("wall.toml").write_text(WALL.partition("[start]")[0])
-    argv = ["response", "--config", "wall.toml", "--over", "omega=0.7:0.9", *WORDS]
+    argv = ["response", "--config", "wall.toml", "--band", "omega=0.7:0.9", *WORDS]
     out = said([*argv, "--measure", "power", "--out", "w.html"], capsys)
     assert "dissipated power" in out
     assert "Without" not in out  # what takes no power says nothing about stops

@@ -21,8 +21,8 @@ pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 SET_A = paper_damper("A", 1.0)
 START = vi.State((0.0, 0.0), (0.0, 1.0))
 TIP = ((0.81, 0.83), (7.7, 7.8))  # a small part of the tongue 2/9
-NEAR_TIP = ["--over", "omega=0.81:0.83", "--over", "half_clearance=7.7:7.8"]
-AT_R4 = ["--over", "omega=0.95:1.0", "--over", "half_clearance=5.7:6.2"]
+NEAR_TIP = ["--bounds", "omega=0.81:0.83", "--bounds", "half_clearance=7.7:7.8"]
+AT_R4 = ["--bounds", "omega=0.95:1.0", "--bounds", "half_clearance=5.7:6.2"]
 
 
 @pytest.fixture(scope="module")
@@ -142,8 +142,11 @@ def test_where_nothing_begins_switch_fails_with_the_reason_of_the_library(
         (["tongue", "none.nc", "--at", "2/9_1"], "none.nc: cannot be read"),
         (["tongue", "CURVE", "--at", "1/5_1"], "at = '1/5_1': must be one of"),
         (["tongue", "CURVE", "--at", "R4_1"], "tongues begin at weak resonances"),
-        (["tongue", "CURVE", "--at", "2/9_1", "--over", "zeta=0:1"], "over = 'zeta': must be one"),
-        (["tongue", "CURVE", "--at", "2/9_1", "--over", "omega=0.9:1.0"], "must hold"),
+        (
+            ["tongue", "CURVE", "--at", "2/9_1", "--bounds", "zeta=0:1"],
+            "bounds = 'zeta': must be one",
+        ),
+        (["tongue", "CURVE", "--at", "2/9_1", "--bounds", "omega=0.9:1.0"], "must hold"),
         (["tongue", "CURVE", "--at", "2/9_1", "--behind", "no.nc"], "no.nc: cannot be read"),
         (["tongue", "CURVE", "--at", "2/9_1", "--out", "t.txt"], "must end in"),
         (["switch", "CURVE", "--at", "CP_1"], "at = 'CP_1': must be one of"),
@@ -177,7 +180,7 @@ def test_circle_writes_and_says_the_circle_of_the_library(
 
 
 def test_along_follows_the_circle_and_shows_the_stages(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = [*CIRCLE, "--along", "omega=0.998:1.02", "--out", "f.nc", "--out", "f.png"]
+    argv = [*CIRCLE, "--bounds", "omega=0.998:1.02", "--out", "f.nc", "--out", "f.png"]
     assert cli.main(argv) == cli.DONE
     captured = capsys.readouterr()
     assert "[1/1] circles" in captured.err
@@ -205,7 +208,7 @@ def test_a_circle_of_a_machine_in_metres_is_followed_in_si_units(
     Path("damper.toml").write_text(text)
     ends = [f"{part * rate}" for part in (1.795, 1.805)]
     out = said(
-        ["circle", "--config", "damper.toml", "--along", f"omega={ends[0]}:{ends[1]}"], capsys
+        ["circle", "--config", "damper.toml", "--bounds", f"omega={ends[0]}:{ends[1]}"], capsys
     )
     assert f"the end of its range: {float(ends[0]):.6f}" in out
 
@@ -229,17 +232,17 @@ def test_an_interrupted_family_leaves_no_file(
         raise KeyboardInterrupt
 
     monkeypatch.setattr("vibroimpact._core.progress.Display.note", interrupted)
-    argv = [*CIRCLE, "--along", "omega=0.99:1.02", "--out", "f.nc", "--out", "f.svg"]
+    argv = [*CIRCLE, "--bounds", "omega=0.99:1.02", "--out", "f.nc", "--out", "f.svg"]
     assert_nothing_written(argv, cli.INTERRUPTED, "interrupted; nothing was written", capsys)
 
 
 @pytest.mark.parametrize(
     ("argv", "message"),
     [
-        ([*CIRCLE, "--along", "omega=low:high"], "must be NAME=LOW:HIGH"),
-        ([*CIRCLE, "--along", "omega=1.1:1.2"], "must hold omega = 1"),
-        ([*CIRCLE, "--along", "speed=0:1"], "'speed'"),
-        ([*CIRCLE, "--along", "omega=0.9:1.1", "--x", "x2"], "not with --along"),
+        ([*CIRCLE, "--bounds", "omega=low:high"], "must be NAME=LOW:HIGH"),
+        ([*CIRCLE, "--bounds", "omega=1.1:1.2"], "must hold omega = 1"),
+        ([*CIRCLE, "--bounds", "speed=0:1"], "'speed'"),
+        ([*CIRCLE, "--bounds", "omega=0.9:1.1", "--x", "x2"], "not with --bounds"),
         ([*CIRCLE, "--x", "x9", "--out", "c.png"], "x = 'x9': must be one of x1, x2, v1, v2"),
         ([*CIRCLE, "--points", "9"], "points = 9: must be"),
         ([*CIRCLE, "--tolerance", "0"], "tolerance = 0.0: must be > 0"),

@@ -56,14 +56,14 @@ def one_curve(progress: Any) -> None:
             vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), steps=FEW, progress=progress
         ),
         lambda progress: vi.bifurcation_atlas(
-            vi.symmetric_orbits(DAMPER)[0], *PLANE, steps=FEW, levels=0, progress=progress
+            vi.symmetric_orbits(DAMPER)[0], *PLANE, steps=FEW, depth=0, progress=progress
         ),
         lambda progress: vi.branch_diagram(
-            vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), depth=0, attractors=0,
+            vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), depth=0, points=0,
             progress=progress,
         ),
         one_curve,
-        lambda progress: vi.find_orbits(DAMPER, cycles=1, impacts=2, starts=2, progress=progress),
+        lambda progress: vi.find_orbits(DAMPER, most_cycles=1, most_impacts=2, starts=2, progress=progress),
         lambda progress: vi.sweep(
             DAMPER, over={"omega": [1.0, 1.1]}, start=vi.State((0.0, 0.0), (0.0, 1.0)),
             settle_periods=1, periods=1, progress=progress,

@@ -37,7 +37,7 @@ def damper(mass_ratio: float, restitution: float, half_clearance: float) -> vi.I
 
 def amplitude(machine: vi.ImpactDamper) -> tuple[float, float]:
     """Amplitude of x1 of the smaller symmetric orbit, and its exact derivative by the clearance."""
-    measure = vi.measure_of("x1", machine)
+    measure = vi.measure_of(machine, "x1")
     orbits = [vi.find_orbit(machine, one) for one in vi.symmetric_orbits(machine)]
     return min(measure.along(orbit, "half_clearance") for orbit in orbits)
 

@@ -65,7 +65,7 @@ def best() -> vi.Design:
 
 @pytest.fixture(scope="module")
 def front() -> vi.ParetoFront:
-    over = replace(OVER, band=(0.9, 1.1), settle_periods=60.0)
+    over = replace(OVER, bounds=(0.9, 1.1), settle_periods=60.0)
     both = [over, replace(over, measure="impact speed")]
     vary = {"half_clearance": (2.0, 30.0)}
     return vi.pareto_front(DAMPER, vary, both, budget=96, refine=1, progress=False)
@@ -194,7 +194,7 @@ def test_two_balls_with_unequal_clearances_are_designed_by_the_same_call() -> No
 
 
 def test_the_exact_sensitivity_is_that_of_the_worst_orbit() -> None:
-    over = replace(OVER, band=(1.0, 1.02), settle_periods=200.0)
+    over = replace(OVER, bounds=(1.0, 1.02), settle_periods=200.0)
     design = vi.optimise(
         DAMPER, {"half_clearance": (9.0, 9.5), "restitution": (0.5, 0.55)}, over, budget=32,
         refine=1, progress=False,
@@ -357,14 +357,14 @@ def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.De
 
 
 @pytest.mark.parametrize(
-    ("vary", "objective", "message"),
+    ("bounds", "objective", "message"),
     [
         ({"half_clearance": (5.0, 2.0)}, OVER, "need low < high"),
         ({"half_clearance": (-5.0, 2.0)}, OVER, "half_clearance = -5.0: must be > 0"),
         ({"clearance": (1.0, 2.0)}, OVER, "clearance"),
-        ({}, OVER, "vary = "),
+        ({}, OVER, "bounds = "),
         ({"omega": (1.0, 2.0)}, OVER, "is what the band"),
-        (CLEARANCE, replace(OVER, band=(-1.0, 1.0)), "omega = -1.0: must be > 0"),
+        (CLEARANCE, replace(OVER, bounds=(-1.0, 1.0)), "omega = -1.0: must be > 0"),
         (CLEARANCE, replace(OVER, measure="x7"), "x7"),
         (CLEARANCE, replace(OVER, spread=(("restitution", 0.9),)), "restitution = 1.14"),
         (CLEARANCE, replace(OVER, spread=(("half_clearance", (1.0, 2.0)),)), "relative half"),
@@ -372,9 +372,9 @@ def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.De
         (CLEARANCE, "x1", "vi.worst_over"),
     ],
 )
-def test_searches_that_mean_nothing_are_refused(vary: Any, objective: Any, message: str) -> None:
+def test_searches_that_mean_nothing_are_refused(bounds: Any, objective: Any, message: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=message):
-        vi.optimise(DAMPER, vary, objective, budget=32, progress=False)
+        vi.optimise(DAMPER, bounds, objective, budget=32, progress=False)
 
 
 def test_bands_and_widths_are_refused_before_there_is_a_machine() -> None:
@@ -433,7 +433,7 @@ def test_designs_are_drawn(
 
 
 def test_machines_without_impacts_are_within_a_decibel_of_each_other() -> None:
-    over = replace(OVER, band=(1.3, 1.5), measure="impact speed")
+    over = replace(OVER, bounds=(1.3, 1.5), measure="impact speed")
     chart = vi.design_map(
         DAMPER, {"mass_ratio": [0.1, 0.2], "half_clearance": [2.0, 3000.0]}, over, progress=False
     )

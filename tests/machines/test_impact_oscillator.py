@@ -92,7 +92,7 @@ def found_by_library(
     duration = math.pi / o.omega if symmetric else n * o.period
     guess = vi.Guess(states, np.array([duration]))
     impacts = "AB" if symmetric else "A"
-    return vi.find_orbit(o, guess, impacts=impacts, cycles=n, symmetric=symmetric)
+    return vi.find_orbit(o, guess, stops=impacts, cycles=n, symmetric=symmetric)
 
 
 # ---- one stop ------------------------------------------------------------------------------------
@@ -153,7 +153,7 @@ def test_stability_is_that_of_the_motion() -> None:
     stable = replace(ONE, omega=2.1, clearance=0.0)
     witness = closed_form(stable)[1][-1]
     assert np.abs(witness.multipliers).max() < 1.0
-    settled = vi.section(stable, stable.free_start(), points=1, settle=400)
+    settled = vi.section(stable, stable.free_start(), points=1, settle_events=400)
     assert settled.last.velocity[0] == pytest.approx(-0.7 * witness.speed, rel=1e-9)
 
 
@@ -365,9 +365,9 @@ def test_basins_sections_diagrams_and_branches_are_computed_from_the_command_lin
         ],
         ["section", *PARAMETERS, "--points", "20"],
         ["diagram", *PARAMETERS[:2], *PARAMETERS[4:], "--over", "omega=2.5:2.7:3", *short],
-        ["branch", *PARAMETERS, "--range", "2.5", "2.7"],
-        ["branch", *PARAMETERS[:2], *PARAMETERS[4:], "--range", "2.5", "2.7"],
-        ["orbits", *PARAMETERS, "--cycles", "1", "--impacts", "1", "--starts", "10"],
+        ["branch", *PARAMETERS, "--bounds", "omega=2.5:2.7"],
+        ["branch", *PARAMETERS[:2], *PARAMETERS[4:], "--bounds", "omega=2.5:2.7"],
+        ["orbits", *PARAMETERS, "--most-cycles", "1", "--most-impacts", "1", "--starts", "10"],
     ):
         assert cli.main([command[0], "impact-oscillator", *command[1:]]) == 0
         assert "ImpactOscillator(zeta=0.05, omega" in capsys.readouterr().out
@@ -384,7 +384,7 @@ def test_what_is_of_the_damper_alone_is_refused(capsys: pytest.CaptureFixture[st
     assert cli.main(["simulate", "impact-oscillator", "--omega", "1"]) == cli.MISUSE
     message = capsys.readouterr().err
     assert "--zeta, --restitution, --clearance: missing. Give them, or --config." in message
-    assert cli.main(["branch", "--multipliers", "impact-oscillator", "--range", "1", "2"]) == 2
+    assert cli.main(["branch", "--multipliers", "impact-oscillator", "--bounds", "omega=1:2"]) == 2
     assert "must come before the options" in capsys.readouterr().err
 
 
@@ -403,7 +403,7 @@ def test_a_sweep_in_a_store_and_its_repetition_are_the_same_bits() -> None:
 
 
 def test_a_search_finds_the_closed_form_orbits_and_a_branch_of_one_is_stored() -> None:
-    found = vi.find_orbits(ONE, cycles=1, impacts=1, starts=40)
+    found = vi.find_orbits(ONE, most_cycles=1, most_impacts=1, starts=40)
     speeds = [one.speed for one in closed_form(ONE)[1] if one.speed > 0.0]
     listed = [-orbit.states[0, 1] / 0.7 for orbit in found.orbits if orbit.symbol == "1-1-0"]
     assert max(listed) == pytest.approx(max(speeds), rel=1e-9)

@@ -58,7 +58,7 @@ def differences(system: Any, orbit: vi.Orbit, parameter: str) -> dict[str, float
         there = with_parameter(system, parameter, p + step * h)
         near = vi.find_orbit(there, orbit)
         for name in found:
-            found[name] += weight * vi.measure_of(name, there).of_orbit(near) / (12.0 * h)
+            found[name] += weight * vi.measure_of(there, name).of_orbit(near) / (12.0 * h)
     return found
 
 
@@ -68,7 +68,7 @@ def test_derivatives_of_a_damper_are_those_of_neighbouring_orbits(
 ) -> None:
     system, orbit = damped
     for name, expected in differences(system, orbit, parameter).items():
-        found = vi.measure_of(name, system).derivative(orbit, parameter)
+        found = vi.measure_of(system, name).derivative(orbit, parameter)
         assert found == pytest.approx(expected, rel=1e-7, abs=1e-7), name
 
 
@@ -78,7 +78,7 @@ def test_derivatives_of_a_machine_with_a_soft_stop_are_those_of_neighbouring_orb
 ) -> None:
     system, orbit = soft
     for name, expected in differences(system, orbit, parameter).items():
-        found = vi.measure_of(name, system).derivative(orbit, parameter)
+        found = vi.measure_of(system, name).derivative(orbit, parameter)
         assert found == pytest.approx(expected, rel=1e-7, abs=1e-7), name
 
 
@@ -104,7 +104,7 @@ def test_extremes_and_means_are_those_of_a_densely_sampled_motion(
         "peak x2 - x1": np.abs(x[:, 1] - x[:, 0]).max(),
         "rms v1": math.sqrt(np.mean(v[:, 0] ** 2)),
     }.items():  # fmt: skip
-        found = vi.measure_of(name, system).of_orbit(orbit)
+        found = vi.measure_of(system, name).of_orbit(orbit)
         assert found == pytest.approx(expected, abs=near), name
 
 
@@ -121,7 +121,7 @@ def test_what_the_force_gives_is_what_stops_and_dashpots_take(
         )
         given -= force.omega * float(np.mean(np.sum(rate * x, axis=1)))
     taken = sum(
-        vi.measure_of(name, system).of_orbit(orbit) for name in ("power", "power of dashpots")
+        vi.measure_of(system, name).of_orbit(orbit) for name in ("power", "power of dashpots")
     )
     assert taken == pytest.approx(given, rel=1e-6)  # the rule of rectangles, 1e-7
 
@@ -130,7 +130,7 @@ def test_an_impulse_is_the_change_of_momentum(damped: tuple[vi.ImpactDamper, vi.
     system, orbit = damped
     run = vi.simulate(system, orbit.state, impacts=4)
     jump = system.mass_ratio * np.abs(run.velocity_after[:, 1] - run.velocity_before[:, 1])
-    assert vi.measure_of("impulse", system).of_orbit(orbit) == pytest.approx(jump.max(), rel=1e-9)
+    assert vi.measure_of(system, "impulse").of_orbit(orbit) == pytest.approx(jump.max(), rel=1e-9)
 
 
 def test_a_sweep_measures_what_its_settled_orbit_has(
@@ -138,7 +138,7 @@ def test_a_sweep_measures_what_its_settled_orbit_has(
 ) -> None:
     for (system, orbit), parameter in ((soft, "k"), (damped, "zeta")):
         names = [*ROWS, *OTHERS, *(["impulse"] if system is damped[0] else [])]
-        measures = [vi.measure_of(name, system) for name in names]
+        measures = [vi.measure_of(system, name) for name in names]
         value = parameter_value(system, parameter)
         members = vi.sweep(
             system, over={parameter: [value]}, start=orbit.state, settle_periods=0.37, periods=60,
@@ -155,10 +155,10 @@ def test_a_subharmonic_is_that_of_a_motion_over_two_periods() -> None:
     assert orbit.symbol == "2-1-0"
     t, x, _ = sampled(oscillator, orbit)
     whole = 2.0 * abs(np.mean(x[:, 0] * np.exp(-0.5j * oscillator.omega * t)))
-    assert vi.measure_of("harmonic 1/2 x1", oscillator).of_orbit(orbit) == pytest.approx(
+    assert vi.measure_of(oscillator, "harmonic 1/2 x1").of_orbit(orbit) == pytest.approx(
         whole, abs=1e-6
     )
-    assert vi.measure_of("harmonic 1/3 x1", oscillator).of_orbit(orbit) == 0.0  # not its own
+    assert vi.measure_of(oscillator, "harmonic 1/3 x1").of_orbit(orbit) == 0.0  # not its own
 
 
 @pytest.mark.parametrize("beta", [0.7, 1.3])
@@ -174,9 +174,9 @@ def test_a_mass_with_dry_friction_has_den_hartogs_amplitude(beta: float) -> None
     angle = math.pi / beta
     across = math.sin(angle) / (beta * (1.0 + math.cos(angle)))
     expected = math.sqrt(direct**2 - (ratio * across) ** 2)
-    amplitude = vi.measure_of("x1", rubbing).of_orbit(orbit)
+    amplitude = vi.measure_of(rubbing, "x1").of_orbit(orbit)
     assert amplitude == pytest.approx(expected, rel=1e-9)
-    power = vi.measure_of("power 0", rubbing).of_orbit(orbit)
+    power = vi.measure_of(rubbing, "power 0").of_orbit(orbit)
     assert power == pytest.approx(ratio * 4.0 * expected * beta / (2.0 * math.pi), rel=1e-9)
 
 
@@ -192,11 +192,11 @@ def test_the_motion_without_impacts_is_that_of_the_linear_oscillator() -> None:
     amplitude = 1.0 / abs(below)
     by = -((below.real * -2.0 * w) + below.imag * 2.0 * z * wn) / abs(below) ** 3
     for name, order in (("x1", 0), ("v1", 1), ("a1", 2)):
-        value, derivative = vi.measure_of(name, damper).along(motion, "omega")
+        value, derivative = vi.measure_of(damper, name).along(motion, "omega")
         assert value == pytest.approx(amplitude * w**order, rel=1e-12)
         expected = by * w**order + order * amplitude * w ** max(order - 1, 0)
         assert derivative == pytest.approx(expected, rel=1e-12)
-    power = vi.measure_of("power of dashpots", damper).of_orbit(motion)
+    power = vi.measure_of(damper, "power of dashpots").of_orbit(motion)
     assert power == pytest.approx(z * wn * (amplitude * w) ** 2, rel=1e-12)
     assert motion.clearance_to_grazing == pytest.approx(
         damper.half_clearance - amplitude, rel=1e-12
@@ -214,11 +214,11 @@ def test_the_motion_without_impacts_of_a_massless_coordinate_is_that_of_its_impe
     machine = maxwell(stop, w)
     motion = free_motion(machine)
     assert isinstance(motion, FreeMotion)
-    value, derivative = vi.measure_of("x1", machine).along(motion, "omega")
+    value, derivative = vi.measure_of(machine, "x1").along(motion, "omega")
     assert value == pytest.approx(amplitude(w), rel=1e-12)
     slope = (amplitude(w + h) - amplitude(w - h)) / (2.0 * h)
     assert derivative == pytest.approx(slope, rel=1e-8)
-    light = vi.measure_of("x2", machine).of_orbit(motion)
+    light = vi.measure_of(machine, "x2").of_orbit(motion)
     assert light == pytest.approx(
         amplitude(w) * abs(1j * w * DASH / (OWN + 1j * w * DASH)), rel=1e-12
     )
@@ -226,7 +226,7 @@ def test_the_motion_without_impacts_of_a_massless_coordinate_is_that_of_its_impe
     assert free_motion(jenkins(stop)) == (
         "friction alone gives the motion of coordinate 1, which has no mass"
     )
-    response = vi.frequency_response(machine, "omega", (1.2, 1.4), number=3, starts=1, settle_periods=50, periods=5,
+    response = vi.frequency_response(machine, "omega", (1.2, 1.4), points=3, starts=1, settle_periods=50, periods=5,
                                      progress=False)  # fmt: skip
     assert "no motion without impacts" not in str(response)
 
@@ -260,7 +260,7 @@ def test_a_free_mass_stands_in_the_middle_of_what_the_motion_leaves() -> None:
 )  # fmt: skip
 def test_what_is_no_measure_is_refused(what: Any, words: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=words):
-        vi.measure_of(what, paper_damper("A", 1.2))
+        vi.measure_of(paper_damper("A", 1.2), what)
 
 
 def test_a_sweep_without_the_observers_is_refused() -> None:
@@ -269,7 +269,7 @@ def test_a_sweep_without_the_observers_is_refused() -> None:
         damper, over={"omega": [1.2]}, start=vi.State((0.0, 0.0), (0.0, 1.0)), progress=False
     )
     with pytest.raises(vi.InvalidParameterError, match=r"measure\.observers"):
-        vi.measure_of("x1", damper).of_sweep(members)
+        vi.measure_of(damper, "x1").of_sweep(members)
 
 
 @pytest.mark.parametrize("force", [1e-13, 1.0, 1e13])
@@ -279,7 +279,7 @@ def test_transmissibility_does_not_depend_on_the_size_of_the_force(force: float)
         forces=(vi.Harmonic(1.2, (force,)),), elements=(vi.RigidStop((1.0,), upper=50.0 * force),),
     )  # fmt: skip
     found = vi.frequency_response(
-        machine, "omega", (1.2, 1.3), measure="transmissibility x1", number=2, starts=1, settle_periods=1,
-        periods=1, most=0, progress=False,
+        machine, "omega", (1.2, 1.3), measure="transmissibility x1", points=2, starts=1, settle_periods=1,
+        periods=1, most_branches=0, progress=False,
     )  # fmt: skip
     assert found.curves[0].value[0] == pytest.approx(1.0 / abs(1.0 - 1.2**2 + 0.024j), rel=1e-10)

@@ -100,7 +100,7 @@ def test_what_is_no_simple_branch_point_is_refused() -> None:
 
 def test_without_the_parameter_only_the_coefficient_is_there() -> None:
     forms = random_map(3, 1)
-    form = found("NS", forms, parameter=False)
+    form = found("NS", forms, unfolded=False)
     assert form.d.real != 0.0
     with pytest.raises(InvalidParameterError, match="without the parameter"):
         form.radius(0.1)
@@ -108,7 +108,7 @@ def test_without_the_parameter_only_the_coefficient_is_there() -> None:
         nf.normal_form("TR", forms)
     crossing = nf.ExplicitMap(lambda x, p: [x[0] + p * x[0] - x[0] ** 2], dimension=1)
     with pytest.raises(InvalidParameterError, match="parameter = False"):
-        nf.normal_form("BP", crossing.forms([0.0], 0.0), parameter=False)
+        nf.normal_form("BP", crossing.forms([0.0], 0.0), unfolded=False)
     with pytest.raises(InvalidParameterError, match="order = 3"):
         found("NS", Planted(2).forms()).circle(0.1, order=3)
 

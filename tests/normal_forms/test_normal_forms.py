@@ -166,7 +166,7 @@ def test_turn_on_the_circle_is_exact_for_a_planted_map() -> None:
 @pytest.mark.parametrize("seed", range(4))
 def test_both_routes_agree_on_random_maps(n: int, seed: int) -> None:
     forms = random_map(n, 10 * n + seed)
-    form, paper = found("NS", forms, parameter=False), nf.centre_manifold(forms)
+    form, paper = found("NS", forms, unfolded=False), nf.centre_manifold(forms)
     assert isinstance(paper, nf.CentreManifold)
     # rounding of n^3 terms, through the conditions of the eigenvector, of H and of the two solves
     divisors = (
@@ -187,7 +187,7 @@ def test_papers_route_has_no_need_of_a_complete_eigenbasis() -> None:
     defective = Tensors(T @ core @ np.linalg.inv(T), forms.B, forms.C)
     paper = nf.centre_manifold(defective)
     assert isinstance(paper, nf.CentreManifold)
-    form = found("NS", defective, parameter=False)
+    form = found("NS", defective, unfolded=False)
     assert paper.f1 == pytest.approx(-form.d.real, rel=1e-9)
 
 

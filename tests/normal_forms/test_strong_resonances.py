@@ -234,7 +234,7 @@ def test_circle_next_to_the_resonance_attracts_where_the_coefficient_says(
     # the Neimark-Sacker point whose angle is off by 0.02, on the side where it is one
     angle = math.acos(TRACES[kind] / 2.0) + (0.02 if kind != "R2" else -0.02)
     forms = nf.ExplicitMap(henon(R, 2.0 * math.cos(angle))[0], dimension=2).forms([0, 0], 0.0)
-    circle = nf.normal_form("NS", forms, parameter=False)
+    circle = nf.normal_form("NS", forms, unfolded=False)
     assert isinstance(circle, nf.NeimarkSacker)
     form = found(kind, forms_at(kind, R))
     deciding = {

@@ -60,7 +60,7 @@ def test_orbits_of_random_mechanisms_are_what_they_say() -> None:
     for seed in range(16):
         rng, n = np.random.default_rng([11, seed]), 1 + seed % 3
         m = random_mechanism(rng, n, contacts=1 + seed % 2, stiff_rank=n - (seed % 4 == 3))
-        for orbit in find_orbits(m, cycles=2, impacts=6, starts=3).orbits:
+        for orbit in find_orbits(m, most_cycles=2, most_impacts=6, starts=3).orbits:
             sizes = np.abs(orbit.multipliers)
             # each is known to some roundings of the largest; the smallest loses most
             assert orbit.determinant_error <= 1e3 * EPS * len(sizes) * sizes[0] / sizes[-1]
@@ -128,7 +128,7 @@ def test_a_gap_that_another_contact_leaves_open_or_crosses_is_seen_at_its_impact
     wall = one.rigid_stops[0]
     for limit, admissible in ((1.5, True), (0.9, False)):
         both = replace(one, elements=(wall, replace(wall, upper=limit)))
-        again = vi.find_orbit(both, unfolded(orbit), impacts=["A"], cycles=1)
+        again = vi.find_orbit(both, unfolded(orbit), stops=["A"], cycles=1)
         assert again.admissible == admissible
         assert again.clearance_to_grazing == pytest.approx(limit - 1.0, abs=1e-12)
 
@@ -179,7 +179,7 @@ def touching(m: vi.Mechanism, row: np.ndarray, side: int, turns: int = 1) -> vi.
     period = 2.0 * math.pi / line.omega
     states = np.array([[*state[:-1], phase + 2.0 * math.pi * k] for k in range(turns)])
     guess = vi.Guess(states, np.full(turns, period))
-    return vi.find_orbit(touched, guess, impacts=[(0, side)] * turns, cycles=turns)
+    return vi.find_orbit(touched, guess, stops=[(0, side)] * turns, cycles=turns)
 
 
 @given(
@@ -249,7 +249,7 @@ def of_speed(speed: float, unit: float = 1.0) -> vi.Orbit:
     amplitude, phase = 0.1 * math.hypot(a, b), math.atan2(a, b)
     guess = vi.Guess(np.array([[unit, -0.8 * speed, phase]]), np.array([t]))
     m = replace(coco(amplitude), elements=(vi.RigidStop((1.0,), upper=unit, restitution=0.8),))
-    return vi.find_orbit(m, guess, impacts=["A"], cycles=1)
+    return vi.find_orbit(m, guess, stops=["A"], cycles=1)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])

@@ -409,7 +409,7 @@ def test_a_search_finds_the_stable_orbits_on_which_motions_settle(kind: str) -> 
         stiffness=[[1.5, -0.5], [-0.5, 0.5]], elements=parts[kind],
         forces=(vi.Harmonic(1.1, (0.4, 0.0)),),
     )  # fmt: skip
-    found = vi.find_orbits(m, cycles=2, starts=4)
+    found = vi.find_orbits(m, most_cycles=2, starts=4)
     assert sum(found.motions.values()) == 4
     stable = [orbit for orbit in found.orbits if orbit.stable and orbit.admissible]
     settled = vi.simulate(m, vi.State((0.1, 0.1), (0.0, 0.0)), impacts=300)

@@ -66,7 +66,7 @@ def test_orbits_and_multipliers_equal_the_50_digit_reference(entry: dict[str, An
     # a start off by a part in 1e4, so that something is left to find
     guess = vi.Guess(exact.states * (1.0 + 1e-4), exact.durations)
     orbit = vi.find_orbit(
-        mechanism_of_entry(entry), guess, impacts=impacts_of(entry["signature"]),
+        mechanism_of_entry(entry), guess, stops=impacts_of(entry["signature"]),
         cycles=entry["cycles"],
     )  # fmt: skip
     assert orbit.converged
@@ -89,7 +89,7 @@ def test_one_sided_orbits_equal_the_closed_form(entry: dict[str, Any]) -> None:
     period = entry["periods"] * 2.0 * math.pi / float(entry["omega"])
     after = -float(entry["restitution"]) * speed
     guess = vi.Guess(np.array([[0.0, after * 1.01, phase + 0.01]]), np.array([period]))
-    orbit = vi.find_orbit(one_sided(entry), guess, impacts=["A"], cycles=entry["periods"])
+    orbit = vi.find_orbit(one_sided(entry), guess, stops=["A"], cycles=entry["periods"])
     assert orbit.least_impact_speed == pytest.approx(speed, rel=SOLVED)
     assert orbit.state.phase == pytest.approx(phase, rel=SOLVED)
     values = np.array(numbers(entry["multipliers_real"])) + 1j * np.array(
@@ -154,7 +154,7 @@ def test_a_guess_may_be_an_orbit_a_run_a_state_or_segments() -> None:
             sorted(np.abs(wanted.states[0, :4])), rel=SOLVED
         )
     whole = unfolded(wanted)
-    full = vi.find_orbit(damper, whole, impacts=["A", "B"], cycles=1)
+    full = vi.find_orbit(damper, whole, stops=["A", "B"], cycles=1)
     assert not full.symmetric
     np.testing.assert_allclose(
         np.poly(full.multipliers), np.poly(wanted.multipliers), rtol=0.0, atol=1e-11
@@ -213,7 +213,7 @@ def test_an_orbit_is_not_mistaken_for_the_shorter_one_it_doubles() -> None:
     """2-2-2 with unequal halves stays what it is."""
     entry = next(e for e in PERIODIC["orbit"] if e["name"] == "damper_2_2_2")
     orbit = vi.find_orbit(
-        mechanism_of_entry(entry), guess_of_entry(entry), impacts=impacts_of(entry["signature"]),
+        mechanism_of_entry(entry), guess_of_entry(entry), stops=impacts_of(entry["signature"]),
         cycles=2,
     )  # fmt: skip
     assert primitive(orbit).symbol == "2-2-2"
@@ -255,7 +255,7 @@ def test_multipliers_stay_right_next_to_grazing(speed: float) -> None:
     p = np.linalg.solve((np.eye(2) - flow) @ at_start, before - flow @ after)
     amplitude, phase = math.hypot(*p), math.atan2(p[1], p[0])
     guess = vi.Guess(np.array([[1.0, -0.8 * speed, phase]]), np.array([period]))
-    orbit = vi.find_orbit(coco(amplitude), guess, impacts=["A"], cycles=1)
+    orbit = vi.find_orbit(coco(amplitude), guess, stops=["A"], cycles=1)
     assert orbit.converged
     assert orbit.least_impact_speed == pytest.approx(speed, rel=1e3 * EPS / speed)
     exact = 0.64 * math.exp(-0.1 * period)
@@ -275,7 +275,7 @@ def test_the_orbit_that_touches_the_wall_has_no_clearance(entry: dict[str, Any])
     omega, amplitude = float(entry["omega"]), float(entry["amplitude"])
     phase = math.atan2(0.1 * omega, 1.0 - omega**2)
     guess = vi.Guess(np.array([[1.0, 0.0, phase]]), np.array([2.0 * math.pi / omega]))
-    orbit = vi.find_orbit(coco(amplitude, omega), guess, impacts=["A"], cycles=1)
+    orbit = vi.find_orbit(coco(amplitude, omega), guess, stops=["A"], cycles=1)
     assert orbit.least_impact_speed <= 1e-6  # a double root: half the digits
 
 
@@ -287,14 +287,14 @@ GUESS = vi.Guess(np.array([[1.0, -1.3, 0.1]]), np.array([6.3]))
 @pytest.mark.parametrize(
     ("wanted", "message"),
     [
-        ({"impacts": ["A"], "cycles": 0}, "cycles = 0: must be at least 1"),
-        ({"impacts": ["C"], "cycles": 1}, '"A", "B"'),
-        ({"impacts": ["B"], "cycles": 1}, "no stop on side -1"),
-        ({"impacts": [(1, 1)], "cycles": 1}, "is not a stop"),
-        ({"impacts": [], "cycles": 1}, "at least one impact"),
-        ({"impacts": ["A", "A"], "cycles": 1}, "expected \\(2, 3\\)"),
-        ({"impacts": ["A"], "cycles": 1, "symmetric": True}, "not symmetric"),
-        ({"cycles": 1}, "impacts = None"),
+        ({"stops": ["A"], "cycles": 0}, "cycles = 0: must be at least 1"),
+        ({"stops": ["C"], "cycles": 1}, '"A", "B"'),
+        ({"stops": ["B"], "cycles": 1}, "no stop on side -1"),
+        ({"stops": [(1, 1)], "cycles": 1}, "is not a stop"),
+        ({"stops": [], "cycles": 1}, "at least one impact"),
+        ({"stops": ["A", "A"], "cycles": 1}, "expected \\(2, 3\\)"),
+        ({"stops": ["A"], "cycles": 1, "symmetric": True}, "not symmetric"),
+        ({"cycles": 1}, "stops = None"),
     ],
 )
 def test_a_contradictory_signature_is_refused(wanted: dict[str, Any], message: str) -> None:
@@ -306,25 +306,25 @@ def test_symmetry_is_refused_where_the_system_or_the_cycles_have_none() -> None:
     damper = paper_damper("A", 1.2)
     two = vi.Guess(np.zeros((2, 5)), np.ones(2))
     with pytest.raises(vi.InvalidParameterError, match="does not change sign"):
-        vi.find_orbit(damper, two, impacts=["A", "B"], cycles=2, symmetric=True)
+        vi.find_orbit(damper, two, stops=["A", "B"], cycles=2, symmetric=True)
     lopsided = replace(
         damper.mechanism, elements=(replace(damper.mechanism.elements[0], upper=4.0),)
     )
     with pytest.raises(vi.InvalidParameterError, match="mirror images"):
-        vi.find_orbit(lopsided, two, impacts=["A", "B"], cycles=1, symmetric=True)
+        vi.find_orbit(lopsided, two, stops=["A", "B"], cycles=1, symmetric=True)
 
 
 def test_cycles_over_which_the_force_does_not_repeat_are_refused() -> None:
     lines = (vi.Harmonic(1.0, (1.0,)), vi.Harmonic(1.5, (0.3,)))
     system = replace(coco(), forces=lines)
     with pytest.raises(vi.InvalidParameterError, match="not periodic"):
-        vi.find_orbit(system, GUESS, impacts=["A"], cycles=1)
+        vi.find_orbit(system, GUESS, stops=["A"], cycles=1)
 
 
 def test_a_guess_that_leads_nowhere_is_a_status() -> None:
     """A wall out of reach: the steady motion has amplitude 0.1 / 0.1 = 1 < 2."""
     far = replace(coco(0.1), elements=(vi.RigidStop((1.0,), upper=2.0, restitution=0.8),))
-    orbit = vi.find_orbit(far, GUESS, impacts=["A"], cycles=1)
+    orbit = vi.find_orbit(far, GUESS, stops=["A"], cycles=1)
     assert not orbit.converged
     assert "no convergence" in orbit.status
     assert not orbit.stable
@@ -347,7 +347,7 @@ def test_random_mechanisms_with_two_sided_contacts_give_consistent_orbits() -> N
         stops = {"?AB"[s] for s in run.side[run.status == vi.Status.IMPACT]}
         if stops != {"A", "B"}:
             continue
-        orbit = vi.find_orbit(m, run, impacts=["A", "B"], cycles=1)
+        orbit = vi.find_orbit(m, run, stops=["A", "B"], cycles=1)
         assert orbit.converged == (orbit.residual < 1e-9)
 
 

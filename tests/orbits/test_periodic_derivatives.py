@@ -214,7 +214,7 @@ def test_the_full_map_is_the_impact_maps_one_after_another(
     entry: dict[str, Any], order: int
 ) -> None:
     orbit = vi.find_orbit(
-        mechanism_of_entry(entry), guess_of_entry(entry), impacts=impacts_of(entry["signature"]),
+        mechanism_of_entry(entry), guess_of_entry(entry), stops=impacts_of(entry["signature"]),
         cycles=entry["cycles"],
     )  # fmt: skip
     for parameter in ("omega", "stiffness[0][0]", "elements[0].restitution"):

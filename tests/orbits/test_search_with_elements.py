@@ -41,12 +41,12 @@ def between_soft_stops(omega: float) -> vi.Mechanism:
 
 @cache
 def coexisting() -> OrbitSearch:
-    return vi.find_orbits(between_soft_stops(0.6), cycles=1, starts=6)
+    return vi.find_orbits(between_soft_stops(0.6), most_cycles=1, starts=6)
 
 
 @cache
 def paired() -> OrbitSearch:
-    return vi.find_orbits(between_soft_stops(0.5), cycles=1, starts=3)
+    return vi.find_orbits(between_soft_stops(0.5), most_cycles=1, starts=3)
 
 
 def stable(search: OrbitSearch) -> list[vi.Orbit]:
@@ -133,8 +133,8 @@ def test_a_search_that_moves_with_its_stop_finds_the_orbits_of_the_stop_at_rest(
         elements=(vi.RigidStop((1.0,), upper=0.25, restitution=0.75),),
         forces=(vi.Harmonic(w, (f + a * (w**2 - k),), (-c * a * w,)),),
     )  # fmt: skip
-    here = vi.find_orbits(one(moving, omega=w, damping=c, force=f), impacts=2, starts=8)
-    there = vi.find_orbits(own, impacts=2, starts=8)
+    here = vi.find_orbits(one(moving, omega=w, damping=c, force=f), most_impacts=2, starts=8)
+    there = vi.find_orbits(own, most_impacts=2, starts=8)
     wanted, got = (
         sorted((o.symbol, -abs(o.multipliers[0]), -o.least_impact_speed)
                for o in search.orbits if o.admissible)
@@ -151,10 +151,11 @@ def test_both_orbits_of_a_ball_on_an_oscillating_table_have_their_closed_forms()
     table = vi.RigidStop((1.0,), lower=0.0, restitution=r, motion=vi.Harmonic(1.0, (a,)))
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], elements=(table,),
                      constant_force=(-g,))  # fmt: skip
-    search = vi.find_orbits(m, cycles=1, impacts=1, starts=40)
+    search = vi.find_orbits(m, most_cycles=1, most_impacts=1, starts=40)
     phi, period, up = math.acos(math.pi * g * (1.0 - r) / (1.0 + r) / a), 2.0 * math.pi, math.pi * g
-    assert len(search) == 2
-    for orbit in search.orbits:
+    bouncing = [orbit for orbit in search.orbits if orbit.symbol == "1-0-1"]
+    assert len(bouncing) == 2
+    for orbit in bouncing:
         phase = phi if orbit.stable else 2.0 * math.pi - phi
         wanted = [a * math.sin(phase), up, phase]
         np.testing.assert_allclose(orbit.states, [wanted], rtol=1e-12)
@@ -166,18 +167,14 @@ def test_both_orbits_of_a_ball_on_an_oscillating_table_have_their_closed_forms()
         np.testing.assert_allclose(
             np.poly(orbit.multipliers), np.poly(np.array(jacobian)), rtol=0.0, atol=1e-11
         )
-    assert {orbit.stable for orbit in search.orbits} == {True, False}
-    resting = search.motions[MotionEnd.RESTED]
-    assert resting > 0
-    assert sum(search.unresolved.values()) == resting
-    assert all("chatters or sticks" in why for why in search.unresolved)
+    assert {orbit.stable for orbit in bouncing} == {True, False}
 
 
 def test_the_steady_motion_under_dry_friction_is_found_without_a_stop() -> None:
     """Den Hartog's amplitude of x'' + x + f sign(x') = cos(omega t), 1931."""
     omega, f = 0.6, 0.3
     m = one(vi.Friction((1.0,), f), omega=omega, damping=0.0)
-    search = vi.find_orbits(m, cycles=1, starts=3)
+    search = vi.find_orbits(m, most_cycles=1, starts=3)
     (orbit,) = (o for o in search.orbits if o.admissible)
     v, u = 1.0 / (1.0 - omega**2), math.tan(math.pi / (2.0 * omega)) / omega
     assert abs(abs(orbit.states[0, 0]) - math.sqrt(v**2 - (f * u) ** 2)) < 1e-13
@@ -191,7 +188,7 @@ def test_stick_slip_on_a_belt_is_found_without_forcing() -> None:
     c, static, speed = 0.02, 0.2, 0.05
     m = vi.Mechanism(mass=[[1.0]], damping=[[c]], stiffness=[[1.0]],
                      elements=(vi.Friction((1.0,), 0.1, static, belt_speed=speed),))  # fmt: skip
-    search = vi.find_orbits(m, impacts=2, starts=1)
+    search = vi.find_orbits(m, most_impacts=2, starts=1)
     (orbit,) = search.orbits
     assert abs(orbit.states[:, 0].max() - (static - c * speed)) < 1e-15
     assert orbit.multipliers.tolist() == [0.0]
@@ -202,7 +199,7 @@ def test_the_orbit_of_a_kicked_oscillator_is_the_fixed_point_of_its_exponential(
     mass, c, k, p, omega = 2.0, 0.1, 1.0, 0.4, 2.0
     kicks = vi.PhaseSwitch(omega, (0.5,), ((0.0,),), impulses=((p,),))
     m = vi.Mechanism(mass=[[mass]], damping=[[c]], stiffness=[[k]], elements=(kicks,))
-    (orbit,) = vi.find_orbits(m, cycles=1, starts=2).orbits
+    (orbit,) = vi.find_orbits(m, most_cycles=1, starts=2).orbits
     free = expm(np.array([[0.0, 1.0], [-k / mass, -c / mass]]) * 2.0 * math.pi / omega)
     after = orbit.states[np.isclose(orbit.states[:, 2] % (2.0 * math.pi), 0.5)]
     wanted = np.linalg.solve(np.eye(2) - free, [0.0, p / mass])
@@ -230,7 +227,7 @@ def test_motions_that_find_orbit_refuses_are_counted_with_its_sentence() -> None
 
 
 def test_motions_that_settle_beyond_the_bounds_are_counted() -> None:
-    search = vi.find_orbits(between_soft_stops(0.6), cycles=1, impacts=1, starts=2)
+    search = vi.find_orbits(between_soft_stops(0.6), most_cycles=1, most_impacts=1, starts=2)
     beyond = "it settled on an orbit of more than 1 cycles or 1 impacts"
     assert search.unresolved == {beyond: 2}
     assert coexisting().unresolved == {}
@@ -317,9 +314,9 @@ def test_the_command_lists_and_writes_orbits_of_a_machine_with_elements(
         '[[mechanism.elements]]\nkind = "soft_stop"\nrow = [1.0]\nlower = -0.5\nupper = 0.5\n'
         "stiffness = 20.0\n"
     )
-    counts = ["--cycles", "1", "--starts", "2", "--out", "o.nc"]
+    counts = ["--most-cycles", "1", "--starts", "2", "--out", "o.nc"]
     assert cli.main(["orbits", "--config", "m.toml", *counts]) == 0
-    search = vi.find_orbits(between_soft_stops(0.6), cycles=1, starts=2)
+    search = vi.find_orbits(between_soft_stops(0.6), most_cycles=1, starts=2)
     assert search.table() in capsys.readouterr().out
     with xr.open_dataset("o.nc", engine="h5netcdf") as data:
         assert [*data.symbol.values] == [orbit.symbol for orbit in search.orbits]

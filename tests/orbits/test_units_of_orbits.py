@@ -68,7 +68,7 @@ def pair(request: pytest.FixtureRequest) -> Pair:
 
 
 def test_sections_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:
-    one, other = pair.both(lambda m, s, _: vi.section(m, s, points=50, settle=100))
+    one, other = pair.both(lambda m, s, _: vi.section(m, s, points=50, settle_events=100))
     pair.same(one.time, other.time, time=1)
     pair.same(one.position, other.position, length=1)
     pair.same(one.velocity, other.velocity, length=1, time=-1)
@@ -190,7 +190,7 @@ def test_responses_have_the_same_bits_in_units_of_powers_of_two(
     pair = pair_of(kind, units)
     one, other = pair.both(
         lambda m, s, time: vi.frequency_response(
-            m, "omega", (0.7 / time, 0.84 / time), number=5, starts=2, start=s, settle_periods=100,
+            m, "omega", (0.7 / time, 0.84 / time), points=5, starts=2, start=s, settle_periods=100,
             periods=20, progress=False,
         )
     )  # fmt: skip

@@ -31,7 +31,7 @@ def results() -> dict[str, Any]:
     panel = next(p for p in panels() if p.name == "5a")
     assert isinstance(panel.omega, float)
     start = vi.State((0.0, 0.0), (0.0, 1.0))
-    cloud = vi.section(damper_of(SETS["C"], panel.omega), start, settle=8000, points=200)
+    cloud = vi.section(damper_of(SETS["C"], panel.omega), start, settle_events=8000, points=200)
     points = np.column_stack([cloud.x1, cloud.v1])
     return {"5a": SimpleNamespace(panel=panel, omega=panel.omega,
                                   found=[SimpleNamespace(points=points)])}  # fmt: skip

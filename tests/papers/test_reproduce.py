@@ -103,7 +103,7 @@ def test_starts_that_have_not_settled_are_those_whose_sections_do_not_repeat() -
             for v1 in (-half, half):
                 start = vi.State((x1, 0.0), (v1, 1.0))
                 points = vi.section(
-                    chosen.damper(0.94), start, at=vi.AtPhase(), points=20, settle=periods
+                    chosen.damper(0.94), start, at=vi.AtPhase(), points=20, settle_events=periods
                 ).position
                 again = np.abs(points[1:] - points[0]).max(axis=1) / np.abs(points).max()
                 settled += bool(again[:10].min() < 1e-5)

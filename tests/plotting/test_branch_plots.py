@@ -145,7 +145,7 @@ def test_labels_and_markers_name_every_special_point(symmetric: vi.Branch) -> No
     named = words(ax)
     assert named[:3] == ["stable", "unstable", "not admissible"]
     assert {"grazing", "symmetry breaking", "Neimark-Sacker"} < set(named)
-    plain = plot_branches([symmetric], points=False)
+    plain = plot_branches([symmetric], marks=False)
     assert not plain.texts
 
 
@@ -205,7 +205,7 @@ def test_at_a_stop_every_impact_there_is_drawn_and_the_mirror_images(broken: vi.
     assert isinstance(doubled, vi.Branch)
     expected = [unfolded[k, 0] for unfolded in [doubled.orbit(0).states] for k in (0, 2)]
     image = [-doubled.orbit(0).states[k, 0] for k in (1, 3)]
-    ax = plot_branches([doubled], variable="x1", stop=(0, 1), mirror=True, points=False)
+    ax = plot_branches([doubled], variable="x1", stop=(0, 1), mirror=True, marks=False)
     at_start = [p[0, 1] for _, p in stretches(ax) if p[0, 0] == doubled.values[0]]
     np.testing.assert_array_equal(sorted(at_start), sorted([*expected, *image]))
 

@@ -87,7 +87,7 @@ def test_points_of_codimension_two_are_marked_where_they_are_and_labelled(
     ]
     assert sorted(marks) == sorted(tuple(p.parameters.values()) for p in torus.special_points)
     assert {"R4$_{1}$", "R4$_{2}$", "2/9"} <= set(texts(ax))
-    assert not texts(plot_curves([torus], points=False))
+    assert not texts(plot_curves([torus], marks=False))
 
 
 def test_no_label_covers_another(torus: vi.BifurcationCurve) -> None:

@@ -217,7 +217,7 @@ def test_every_cell_has_the_colour_that_the_legend_gives_to_its_symbol() -> None
 
 
 def test_the_most_frequent_symbols_have_colours_of_their_own() -> None:
-    words = list(legend(plotting.plot_plane(some_plane(), most=3)))
+    words = list(legend(plotting.plot_plane(some_plane(), most_motions=3)))
     assert words[0] == "1-1-1"  # six cells
     assert len(words) == 6
     assert words[3:] == ["other periodic", "no impacts", "undecided"]
@@ -352,8 +352,8 @@ def test_misuse_of_a_plane_is_refused() -> None:
     plane = some_plane()
     with pytest.raises(vi.InvalidParameterError, match="'speed': must be one of n, p, q"):
         plotting.plot_plane(plane, variable="speed")
-    with pytest.raises(vi.InvalidParameterError, match="most = 9: must be at most 7"):
-        plotting.plot_plane(plane, most=9)
+    with pytest.raises(vi.InvalidParameterError, match="most_motions = 9: must be at most 7"):
+        plotting.plot_plane(plane, most_motions=9)
     with pytest.raises(vi.InvalidParameterError, match=r"has the dims omega: must have two"):
         plotting.plot_plane(plane.isel(half_clearance=0))
 

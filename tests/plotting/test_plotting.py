@@ -39,7 +39,7 @@ def some_run() -> vi.Run:
 
 def some_section(points: int = 50) -> vi.Section:
     start = vi.symmetric_orbits(SET_A)[0].state.perturbed(0.05)
-    return vi.section(SET_A, start, points=points, settle=0)
+    return vi.section(SET_A, start, points=points, settle_events=0)
 
 
 def some_path() -> list[vi.Orbit]:
@@ -171,7 +171,7 @@ def test_a_damper_in_si_units_is_drawn_in_them() -> None:
         (si, vi.State((0.0, 0.0), (0.0, length * rate))),
         (plain, vi.State((0.0, 0.0), (0.0, 1.0))),
     ]
-    sections = [vi.section(d, start, points=20, settle=0) for d, start in both]
+    sections = [vi.section(d, start, points=20, settle_events=0) for d, start in both]
     runs = [vi.simulate(d, start, impacts=20) for d, start in both]
     drawn = [plotting.plot_section(section) for section in sections]
     drawn += [plotting.plot_phase_portrait(run) for run in runs]

@@ -16,7 +16,7 @@ from vibroimpact.plotting.words import kind_of, motion_in_words, number
 from vibroimpact.response.compare import comparison, decibels, is_comparable, worst_of_comparison
 
 CHEAP: dict[str, Any] = {
-    "number": 2, "starts": 0, "settle_periods": 1, "periods": 1, "most": 0, "progress": False,
+    "points": 2, "starts": 0, "settle_periods": 1, "periods": 1, "most_branches": 0, "progress": False,
 }  # fmt: skip
 
 
@@ -116,7 +116,7 @@ def test_free_masses_are_not_compared_with_themselves_at_rest() -> None:
     )
     found = {
         measure: is_comparable(cast(Any, SimpleNamespace(
-            measure=vi.measure_of(measure, damper), system=damper
+            measure=vi.measure_of(damper, measure), system=damper
         )))
         for measure in ("x1", "rms v1", "x2", "x2 - x1", "power", "impact speed")
     }  # fmt: skip

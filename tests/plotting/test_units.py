@@ -250,8 +250,8 @@ def said(capsys: pytest.CaptureFixture[str], damper: vi.ImpactDamper, command: s
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        ("orbits --cycles 1 --impacts 2 --starts 5", "clearance [m]"),
-        ("response --over omega=60:70 --measure power --number 2 --starts 0 --most 0 --settle-periods 1",
+        ("orbits --most-cycles 1 --most-impacts 2 --starts 5", "clearance [m]"),
+        ("response --band omega=60:70 --measure power --points 2 --starts 0 --most-branches 0 --settle-periods 1",
          "dissipated power over omega 60 to 70 rad/s"),
     ],
 )  # fmt: skip
@@ -270,7 +270,7 @@ def test_a_normal_form_has_its_place_and_widths_in_the_units_of_the_machine(
     facts = []
     for damper, unit, length in ((SI, RATE, METRES), (PLAIN, 1.0, 1.0)):
         wide = replace(damper, half_clearance=6.5 * length, restitution=0.8)
-        command = f"normal-form --range {0.9 * unit} {1.3 * unit} --at NS1 --json"
+        command = f"normal-form --bounds omega={0.9 * unit}:{1.3 * unit} --at NS1 --json"
         facts.append(json.loads(said(capsys, wide, command)))
     here, there = facts
     assert here["value"] == pytest.approx(there["value"] * RATE, rel=CLOSE)

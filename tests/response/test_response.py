@@ -28,7 +28,7 @@ FRAME = vi.ImpactDamper.from_physical(
 @pytest.fixture(scope="module")
 def response() -> vi.Response:
     return vi.frequency_response(
-        OSCILLATOR, "omega", BAND, number=20, starts=6, most=1, depth=0, progress=False
+        OSCILLATOR, "omega", BAND, points=20, starts=6, most_branches=1, depth=0, progress=False
     )
 
 
@@ -36,7 +36,15 @@ def response() -> vi.Response:
 def frame() -> vi.Response:
     """A frame of 120 kg, 8 Hz, 2 % damping, 400 N, with a ball of 6 kg; nothing is chaotic."""
     return vi.frequency_response(
-        FRAME, "omega", (6.0, 6.8), unit="Hz", number=5, starts=6, most=1, depth=0, progress=False
+        FRAME,
+        "omega",
+        (6.0, 6.8),
+        unit="Hz",
+        points=5,
+        starts=6,
+        most_branches=1,
+        depth=0,
+        progress=False,
     )
 
 
@@ -82,8 +90,8 @@ def test_the_worst_is_a_maximum_of_orbits_that_brute_force_finds(response: vi.Re
     state = worst.orbit.state if worst.orbit else None
     assert isinstance(state, vi.State)
     members = vi.sweep(OSCILLATOR, over={"omega": near}, start=state, settle_periods=400, progress=False,
-                       observe=vi.measure_of("x1", OSCILLATOR).observers)  # fmt: skip
-    found = vi.measure_of("x1", OSCILLATOR).of_sweep(members)
+                       observe=vi.measure_of(OSCILLATOR, "x1").observers)  # fmt: skip
+    found = vi.measure_of(OSCILLATOR, "x1").of_sweep(members)
     assert worst.value >= float(found.max()) - 1e-12
     assert worst.value == pytest.approx(float(found.max()), rel=1e-6)  # (1e-4)^2 u'' / 2
 
@@ -96,7 +104,7 @@ def test_every_steady_motion_at_a_frequency_is_listed(response: vi.Response) -> 
     for answer in found:
         assert answer.orbit is not None
         system = with_parameter(OSCILLATOR, "omega", 1.5)
-        assert vi.measure_of("x1", system).of_orbit(answer.orbit) == pytest.approx(answer.value)
+        assert vi.measure_of(system, "x1").of_orbit(answer.orbit) == pytest.approx(answer.value)
     assert [a.members > 0 for a in found] == [True, False, True]
     assert response.at(1.69)[0].value == pytest.approx(amplitude(1.69), rel=1e-12)
 
@@ -121,8 +129,8 @@ def test_a_soft_stop_has_the_contact_force_of_its_response() -> None:
         )  # fmt: skip
 
     found = vi.frequency_response(
-        vi.Family(stopped, w=1.0), "w", (1.15, 1.2), measure="contact force", number=3, starts=2,
-        most=1, depth=0, progress=False,
+        vi.Family(stopped, w=1.0), "w", (1.15, 1.2), measure="contact force", points=3, starts=2,
+        most_branches=1, depth=0, progress=False,
     )  # fmt: skip
     system = with_parameter(found.system, "w", 1.2)
     state = found.at(1.2)[0].state
@@ -140,7 +148,7 @@ def test_chaos_is_an_answer_of_its_own_with_rms_below_peak() -> None:
     damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
                              half_clearance=5.0, omega=0.35)  # fmt: skip
     found = vi.frequency_response(
-        damper, "omega", (0.345, 0.35), number=2, starts=3, most=0, progress=False
+        damper, "omega", (0.345, 0.35), points=2, starts=3, most_branches=0, progress=False
     )
     assert {answer.motion for answer in found.unexplained} == {"chaotic"}
     for answer in found.unexplained:
@@ -153,7 +161,7 @@ def test_starts_on_a_grid_are_joined_to_the_same_answers() -> None:
     base = vi.State((0.0,), (0.0,))
     grid = vi.GridStarts({"x1": [-1.0, 0.0], "v1": [0.0, 2.0]}, base)
     found = vi.frequency_response(
-        OSCILLATOR, "omega", (1.5, 1.55), number=2, starts=grid, most=0, progress=False
+        OSCILLATOR, "omega", (1.5, 1.55), points=2, starts=grid, most_branches=0, progress=False
     )
     for answers in found.answers:
         assert sorted(answer.motion for answer in answers) == ["1-1-0", "no impacts"]
@@ -177,7 +185,15 @@ def test_coexisting_motions_of_a_frame_are_in_hertz_and_metres(frame: vi.Respons
 def test_a_ball_that_stands_in_its_gap_is_neutral_and_decides_nothing() -> None:
     play = replace(FRAME, half_clearance=0.014)
     found = vi.frequency_response(
-        play, "omega", (8.3, 8.8), unit="Hz", number=2, starts=3, most=1, depth=0, progress=False
+        play,
+        "omega",
+        (8.3, 8.8),
+        unit="Hz",
+        points=2,
+        starts=3,
+        most_branches=1,
+        depth=0,
+        progress=False,
     )
     silent = found.largest(neutral=True)
     assert silent.value == pytest.approx(
@@ -240,7 +256,7 @@ def test_an_interruption_keeps_the_curves_found() -> None:
             raise KeyboardInterrupt
 
     found = vi.frequency_response(
-        OSCILLATOR, "omega", (0.9, 1.1), number=3, starts=1, progress=stop
+        OSCILLATOR, "omega", (0.9, 1.1), points=3, starts=1, progress=stop
     )
     assert found.interrupted
     assert found.curves[0].symbol == "1-0-0"
@@ -250,14 +266,14 @@ def test_an_interruption_keeps_the_curves_found() -> None:
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"band": (1.0, 0.5)}, "low < high"), ({"band": (0.0, 1.0)}, "must be > 0"),
+        ({"bounds": (1.0, 0.5)}, "low < high"), ({"bounds": (0.0, 1.0)}, "must be > 0"),
         ({"parameter": "omeg"}, "one of zeta, omega"), ({"measure": "loudness"}, "'impact rate'"),
         ({"unit": "kHz"}, "must be one of , Hz"), ({"parameter": "zeta", "unit": "Hz"}, "not the forcing"),
-        ({"number": 1}, ">= 2"), ({"starts": -1}, ">= 0"), ({"progress": 3}, "True, False"),
+        ({"points": 1}, ">= 2"), ({"starts": -1}, ">= 0"), ({"progress": 3}, "True, a function"),
     ],
 )  # fmt: skip
 def test_what_makes_no_response_is_refused(changes: dict[str, Any], words: str) -> None:
-    given: dict[str, Any] = {"parameter": "omega", "band": (0.5, 1.0)} | changes
+    given: dict[str, Any] = {"parameter": "omega", "bounds": (0.5, 1.0)} | changes
     with pytest.raises(vi.InvalidParameterError, match=words):
         vi.frequency_response(OSCILLATOR, **given)
 
@@ -281,7 +297,7 @@ def test_a_row_of_any_size_scales_its_value_peak_and_rms(factor: float, order: i
     def table(x: float) -> Any:
         return vi.frequency_response(
             OSCILLATOR, "omega", (1.1, 1.2), measure=vi.measures.Amplitude((x,), order=order),
-            number=2, starts=1, settle_periods=50, periods=10, most=0, progress=False,
+            points=2, starts=1, settle_periods=50, periods=10, most_branches=0, progress=False,
         ).to_dataset()  # fmt: skip
 
     one, many = table(1.0), table(factor)
@@ -292,7 +308,7 @@ def test_a_row_of_any_size_scales_its_value_peak_and_rms(factor: float, order: i
 
 def test_a_response_without_a_stable_motion_says_so() -> None:
     found = vi.frequency_response(
-        OSCILLATOR, "omega", (1.1, 1.2), number=2, start=vi.State((10.0,), (0.0,)), starts=0,
-        most=0, progress=False,
+        OSCILLATOR, "omega", (1.1, 1.2), points=2, start=vi.State((10.0,), (0.0,)), starts=0,
+        most_branches=0, progress=False,
     )  # fmt: skip
     assert "no stable motion was found" in repr(found)

@@ -54,7 +54,7 @@ def test_the_closed_form_is_the_motion_of_a_machine_of_two_masses() -> None:
         stiffness=[[1.0 + k, -k], [-k, k]], forces=(vi.Harmonic(g, (1.0, 0.0)),),
         elements=(vi.RigidStop((-1.0, 1.0), upper=100.0),),
     )  # fmt: skip
-    amplitude = vi.measure_of("x1", machine).of_orbit(FreeMotion(machine, np.zeros(2)))
+    amplitude = vi.measure_of(machine, "x1").of_orbit(FreeMotion(machine, np.zeros(2)))
     assert tuned.amplification(g) == pytest.approx(amplitude, rel=1e-12)
     place, height = tuned.peak_at
     grid = np.linspace(0.5, 1.5, 20_001)

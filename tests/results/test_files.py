@@ -137,7 +137,7 @@ def meeting(omega: float, k: float) -> vi.Mechanism:
 @pytest.mark.slow
 def test_a_curve_of_two_impacts_at_once_keeps_its_equations(tmp_path: Path) -> None:
     system = vi.Family(meeting, omega=1.3, k=1.0)
-    orbits = vi.find_orbits(system, cycles=1, impacts=3, starts=10).orbits
+    orbits = vi.find_orbits(system, most_cycles=1, most_impacts=3, starts=10).orbits
     start = next(orbit for orbit in orbits if orbit.symbol == "1-1-0,1-1")
     point = vi.continue_orbit(start, "omega", (1.19, 1.31))["SIM1"]
     bounds, few = ((1.19, 1.31), (0.99, 1.01)), vi.Steps(points=8)

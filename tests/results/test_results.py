@@ -75,7 +75,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "Atlas": lambda: vi.Atlas(
         ("omega", "half_clearance"), ((0.8, 1.05), (3.5, 8.0)), (torus_of_set_a(),), ("none",), True
     ),
-    "Attractor": lambda: vi.classify(SET_A, START, points=64, settle=50),
+    "Attractor": lambda: vi.classify(SET_A, START, points=64, settle_events=50),
     "BifurcationCurve": torus_of_set_a,
     "Branch": lambda: oscillator_branch(),
     "Circle": circle,
@@ -86,14 +86,14 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "DesignMap": lambda: vi.design_map(
         SET_A, {"half_clearance": [4.0, 5.0], "zeta": [0.04, 0.05]}, objective(), progress=False
     ),
-    "Diagram": lambda: vi.branch_diagram(orbit(), "omega", (0.94, 0.96), attractors=2, steps=FEW),
+    "Diagram": lambda: vi.branch_diagram(orbit(), "omega", (0.94, 0.96), points=2, steps=FEW),
     "ForceRecord": lambda: RECORD,
     "FreeDecay": lambda: vi.free_decay(SET_A, {"v1": 1.0}),
     "HybridRun": lambda: vi.simulate_hybrid(RELAY, "on", [0.0], t_max=5.0),
     "LyapunovEstimate": lambda: vi.lyapunov_exponent(SET_A, START, impacts=1024, settle_impacts=1),
     "LyapunovSpectrum": lambda: vi.lyapunov_spectrum(SET_A, START, impacts=1024, settle_impacts=1),
     "Orbit": orbit,
-    "OrbitSearch": lambda: vi.find_orbits(SET_A, cycles=1, impacts=2, starts=5),
+    "OrbitSearch": lambda: vi.find_orbits(SET_A, most_cycles=1, most_impacts=2, starts=5),
     "ParetoFront": lambda: vi.pareto_front(
         SET_A, {"half_clearance": (4.0, 6.0)},
         (objective(), vi.mean_over("omega", (0.9, 1.0), points=2, starts=1, settle_periods=20, periods=10)),
@@ -101,12 +101,12 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     ),
     "RecordResponse": lambda: vi.simulate_record(SET_A, RECORD),
     "Response": lambda: vi.frequency_response(
-        SET_A, "omega", (0.94, 0.96), number=3, starts=1, settle_periods=50, periods=20, steps=FEW,
+        SET_A, "omega", (0.94, 0.96), points=3, starts=1, settle_periods=50, periods=20, steps=FEW,
     ),
     "ResponseSpectrum": lambda: vi.response_spectrum(RECORD, [1.0, 2.0, 3.0], clearance=0.2),
     "Run": lambda: vi.simulate(OSCILLATOR, vi.State((0.0,), (0.0,)), impacts=30),
     "Section": lambda: vi.section(SET_A, START, points=30),
-    "SineSweep": lambda: vi.sine_sweep(SET_A, "omega", (0.9, 1.0), steps=4, progress=False),
+    "SineSweep": lambda: vi.sine_sweep(SET_A, "omega", (0.9, 1.0), points=4, progress=False),
     "Tongue": tongue,
     "TunedDamper": lambda: vi.tuned_damper(0.05, optimum="den hartog"),
 }  # fmt: skip

@@ -28,7 +28,7 @@ BELT = vi.Friction((1.0,), 0.2, 0.3, belt_speed=0.1)
 
 def test_a_section_at_a_soft_stop_has_the_engagements_of_the_run() -> None:
     m = oscillator(BELT, vi.SoftStop((1.0,), upper=0.5, stiffness=8.0, damping=0.3))
-    section = vi.section(m, START, at=vi.AtStop(contact=1), points=20, settle=0)
+    section = vi.section(m, START, at=vi.AtStop(contact=1), points=20, settle_events=0)
     run = vi.simulate(m, START, t_max=float(section.time[-1]) + 1e-9, impacts=10_000)
     met = run.status == vi.Status.ENGAGE
     assert np.all(section.status == vi.Status.ENGAGE)
@@ -50,7 +50,7 @@ def test_friction_is_no_impact_section_and_the_message_says_what_is() -> None:
 @pytest.mark.parametrize("elements", [(BILINEAR,), (BELT,)])
 def test_a_stroboscopic_section_has_the_states_of_the_run(elements: Any) -> None:
     m = oscillator(*elements, omega=0.7)
-    section = vi.section(m, START, at=vi.AtPhase(), points=10, settle=5)
+    section = vi.section(m, START, at=vi.AtPhase(), points=10, settle_events=5)
     run = vi.simulate(m, START, t_max=float(section.time[-1]) + 1.0, impacts=10_000)
     x, v = run.at(section.time)
     np.testing.assert_allclose(section.position, x, atol=1e3 * ULPS)
@@ -181,7 +181,7 @@ def test_friction_that_sticks_and_slips_often_between_impacts_leaves_no_record_t
     run = vi.simulate(m, start, impacts=50)
     assert run.end is vi.RunEnd.IMPACTS
     assert len(run) > 5 * run.impacts.sum()
-    assert len(vi.section(m, start, points=20, settle=20).x1) == 20
+    assert len(vi.section(m, start, points=20, settle_events=20).x1) == 20
     exponent = vi.lyapunov_exponent(m, start, settle_impacts=50, impacts=1024)
     assert abs(exponent.value) < 1e-9  # its place does not matter: a shift neither grows nor dies
 

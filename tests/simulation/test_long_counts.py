@@ -33,16 +33,16 @@ CALLS = [
     "vi.section(clattering, away, points=10**7)",
     "vi.section(rubbing, vi.State((1.0,), (0.0,)), at=vi.AtPhase(), points=10**8)",
     "vi.classify(clattering, away, points=10**7)",
-    "vi.section(damper, state, points=3, settle=10**11)",
-    "vi.section(damper, state, at=vi.AtPhase(), points=3, settle=10**11)",
-    "vi.section(rubbing, vi.State((1.0,), (0.0,)), at=vi.AtChange(), points=3, settle=10**11)",
-    "vi.classify(damper, state, settle=10**11, max_settle=10**11)",
+    "vi.section(damper, state, points=3, settle_events=10**11)",
+    "vi.section(damper, state, at=vi.AtPhase(), points=3, settle_events=10**11)",
+    "vi.section(rubbing, vi.State((1.0,), (0.0,)), at=vi.AtChange(), points=3, settle_events=10**11)",
+    "vi.classify(damper, state, settle_events=10**11, most_settle_events=10**11)",
     "vi.lyapunov_exponent(damper, state, impacts=10**9)",
     "vi.lyapunov_exponent(damper, state, settle_impacts=10**11)",
     "vi.lyapunov_spectrum(damper, state, impacts=10**7)",
     "vi.lyapunov_spectrum(damper, state, settle_impacts=10**11)",
     "vi.map_derivative(damper, state, impacts=10**9)",
-    "vi.find_orbits(damper, cycles=1, impacts=2, starts=10**9)",
+    "vi.find_orbits(damper, most_cycles=1, most_impacts=2, starts=10**9)",
     "vi.find_circle(vi.ExplicitMap(turn, dimension=2), (1.0, 0.0), p=0.9, settle_iterates=10**11)",
 ]
 SCRIPT = """
@@ -125,7 +125,7 @@ def test_a_long_count_is_announced_within_seconds_and_ends_within_one_at_an_inte
 def test_what_takes_less_than_a_minute_is_not_announced() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        vi.section(DAMPER, STATE, points=3, settle=200_000)
+        vi.section(DAMPER, STATE, points=3, settle_events=200_000)
         vi.lyapunov_exponent(DAMPER, STATE, impacts=20_000)
         vi.simulate(DAMPER, STATE, impacts=30_000, t_max=1e6)
 

@@ -426,7 +426,7 @@ def test_the_size_of_the_parts_that_are_recorded_does_not_matter(
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_the_first_exponents_alone_are_those_of_all(count: int) -> None:
-    some = vi.lyapunov_spectrum(CHAOS, PLAIN, impacts=1024, count=count)
+    some = vi.lyapunov_spectrum(CHAOS, PLAIN, impacts=1024, exponents=count)
     every = vi.lyapunov_spectrum(CHAOS, PLAIN, impacts=1024)
     # rounding turns the frame, which forgets it
     np.testing.assert_allclose(some.values, every.values[:count], rtol=1e-9)
@@ -440,9 +440,9 @@ def test_the_first_exponents_alone_are_those_of_all(count: int) -> None:
         ({"impacts": 1000}, "impacts = 1000: must be an integer >= 1024"),
         ({"impacts": 2000.0}, "impacts = 2000.0: must be an integer"),
         ({"settle_impacts": -1}, "settle_impacts = -1: must be an integer >= 0"),
-        ({"count": 0}, "count = 0: must be an integer >= 1"),
-        ({"count": 5}, "count = 5: must be at most 4"),
-        ({"count": "all"}, "count = 'all': must be an integer"),
+        ({"exponents": 0}, "exponents = 0: must be an integer >= 1"),
+        ({"exponents": 5}, "exponents = 5: must be at most 4"),
+        ({"exponents": "all"}, "exponents = 'all': must be an integer"),
     ],
 )
 def test_bad_counts_are_refused(options: dict[str, object], message: str) -> None:

@@ -34,7 +34,7 @@ def bouncing_ball(restitution=0.5):
 
 @pytest.mark.parametrize(("stop", "side"), [("A", 1.0), ("B", -1.0)])
 def test_points_stand_on_their_stop_and_depart(stop, side):
-    section = vi.section(DAMPER, PLAIN, at=vi.AtStop(stop), points=300, settle=10)
+    section = vi.section(DAMPER, PLAIN, at=vi.AtStop(stop), points=300, settle_events=10)
     assert len(section) == 300
     u = section.x2 - section.x1
     assert np.abs(u - side * DAMPER.half_clearance).max() <= 2e-15 * 8.0  # |x| < 8: one ulp each
@@ -44,7 +44,7 @@ def test_points_stand_on_their_stop_and_depart(stop, side):
 
 def test_a_section_is_what_the_simulation_records_at_that_stop():
     run = vi.simulate(DAMPER, PLAIN, impacts=400)
-    section = vi.section(DAMPER, PLAIN, points=100, settle=0)
+    section = vi.section(DAMPER, PLAIN, points=100, settle_events=0)
     at_a = np.flatnonzero(run.impacts & (run.side == 1))[:100]
     assert np.array_equal(section.position, run.position[at_a])
     assert np.array_equal(section.velocity, run.velocity_after[at_a])
@@ -54,13 +54,13 @@ def test_a_section_is_what_the_simulation_records_at_that_stop():
 
 def test_settling_skips_that_many_impacts():
     run = vi.simulate(DAMPER, PLAIN, impacts=400)
-    section = vi.section(DAMPER, PLAIN, points=20, settle=101)
+    section = vi.section(DAMPER, PLAIN, points=20, settle_events=101)
     at_a = np.flatnonzero(run.side == 1)
     assert np.array_equal(section.x1, run.position[at_a[at_a >= 101][:20], 0])
 
 
 def test_phases_follow_from_times():
-    section = vi.section(DAMPER, PLAIN, points=500, settle=10)
+    section = vi.section(DAMPER, PLAIN, points=500, settle_events=10)
     turned = section.phase[0] + DAMPER.omega * (section.time - section.time[0])
     # One ulp of omega t, some 500 periods, and as much for the comparison.
     assert np.abs(np.exp(1j * turned) - np.exp(1j * section.phase)).max() < 4e-12
@@ -83,11 +83,11 @@ def test_a_dataset_says_what_it_is():
 
 
 def test_arrays_are_read_only_and_the_last_state_goes_on():
-    section = vi.section(DAMPER, PLAIN, points=50, settle=0)
+    section = vi.section(DAMPER, PLAIN, points=50, settle_events=0)
     with pytest.raises(ValueError, match="read-only"):
         section.phase[0] = 0.0
-    onward = vi.section(DAMPER, section.last, points=50, settle=0)
-    direct = vi.section(DAMPER, PLAIN, points=100, settle=0)
+    onward = vi.section(DAMPER, section.last, points=50, settle_events=0)
+    direct = vi.section(DAMPER, PLAIN, points=100, settle_events=0)
     # The state goes through a phase in [0, 2 pi): one rounding, grown over 50 impacts.
     assert np.allclose(onward.position, direct.position[50:], rtol=0.0, atol=1e-9)
 
@@ -105,7 +105,9 @@ def test_a_motion_that_stops_impacting_leaves_the_points_it_had():
         mass=[[1.0]], damping=[[0.4]], stiffness=[[1.0]],
         elements=(vi.RigidStop((1.0,), lower=-0.5, restitution=0.9),),
     )  # fmt: skip
-    section = vi.section(damped, vi.State((2.0,), (0.0,)), at=vi.AtStop("B"), points=100, settle=0)
+    section = vi.section(
+        damped, vi.State((2.0,), (0.0,)), at=vi.AtStop("B"), points=100, settle_events=0
+    )
     assert 1 <= len(section) < 100
     assert section.end is RunEnd.SILENT
 
@@ -114,7 +116,7 @@ def test_a_motion_that_stops_impacting_leaves_the_points_it_had():
     ("keywords", "words"),
     [
         ({"points": 0}, "points = 0"),
-        ({"settle": -1}, "settle = -1"),
+        ({"settle_events": -1}, "settle_events = -1"),
         ({"at": vi.AtStop("C")}, "stop = 'C'"),  # type: ignore[arg-type]
         ({"at": vi.AtStop(contact=1)}, "contact = 1"),
         ({"at": "A"}, r"at = 'A': must be vi\.AtStop"),
@@ -155,7 +157,7 @@ def steady(omega, phase):
 def test_states_at_a_phase_are_those_of_the_simulation(system):
     degrees = getattr(system, "mechanism", system).degrees
     start = PLAIN if degrees == 2 else vi.State((1.0,), (0.0,), 0.4)
-    section = vi.section(system, start, at=vi.AtPhase(-1.0), points=40, settle=7)
+    section = vi.section(system, start, at=vi.AtPhase(-1.0), points=40, settle_events=7)
     run = vi.simulate(system, start, impacts=10**5, t_max=1.01 * float(section.time[-1]))
     position, velocity = run.at(section.time)
     # one rounding of a time up to 700, in which a velocity of 6 changes by less than 6
@@ -170,9 +172,9 @@ def test_states_at_a_phase_are_those_of_the_simulation(system):
 
 
 def test_a_record_in_many_pieces_has_the_states_of_one(monkeypatch):
-    whole = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle=5)
+    whole = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle_events=5)
     monkeypatch.setattr("vibroimpact.simulation.simulator.CHUNK_EVENTS", 5)
-    pieces = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle=5)
+    pieces = vi.section(DAMPER, PLAIN, at=vi.AtPhase(2.0), points=60, settle_events=5)
     np.testing.assert_array_equal(whole.position, pieces.position)
     np.testing.assert_array_equal(whole.velocity, pieces.velocity)
 
@@ -195,17 +197,19 @@ def test_at_the_time_of_an_impact_the_state_is_that_after_it():
     orbit = vi.symmetric_orbits(replace(DAMPER, omega=1.2))[0]
     system = replace(DAMPER, omega=1.2)
     later = orbit.state.phase + 1e-9  # of its own phase the times could be rounded to before it
-    section = vi.section(system, orbit.state, at=vi.AtPhase(later), points=5, settle=3)
+    section = vi.section(system, orbit.state, at=vi.AtPhase(later), points=5, settle_events=3)
     np.testing.assert_allclose(section.v2, orbit.state.velocity[1], atol=1e-7)
-    direct = vi.section(system, orbit.state, at=vi.AtPhase(orbit.state.phase), points=1, settle=0)
+    direct = vi.section(
+        system, orbit.state, at=vi.AtPhase(orbit.state.phase), points=1, settle_events=0
+    )
     assert direct.position[0] == pytest.approx(orbit.state.position)
     assert direct.velocity[0] == pytest.approx(orbit.state.velocity)
 
 
 def test_a_stroboscopic_section_goes_on_from_its_last_state():
-    whole = vi.section(DAMPER, PLAIN, at=vi.AtPhase(0.3), points=20, settle=0)
-    first = vi.section(DAMPER, PLAIN, at=vi.AtPhase(0.3), points=10, settle=0)
-    second = vi.section(DAMPER, first.last, at=vi.AtPhase(0.3), points=11, settle=0)
+    whole = vi.section(DAMPER, PLAIN, at=vi.AtPhase(0.3), points=20, settle_events=0)
+    first = vi.section(DAMPER, PLAIN, at=vi.AtPhase(0.3), points=10, settle_events=0)
+    second = vi.section(DAMPER, first.last, at=vi.AtPhase(0.3), points=11, settle_events=0)
     np.testing.assert_allclose(second.position, whole.position[9:], atol=1e-10)
 
 

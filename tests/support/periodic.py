@@ -86,7 +86,7 @@ def chain(n: int, seed: int) -> vi.Mechanism:
 def orbits_of_chains() -> list[Orbit]:
     """Orbits with up to six degrees of freedom and two contacts, stable, unstable, inadmissible."""
     searches = [
-        find_orbits(chain(n, seed), cycles=1, impacts=4, starts=3)
+        find_orbits(chain(n, seed), most_cycles=1, most_impacts=4, starts=3)
         for n in range(1, 7)
         for seed in range(2)
     ]

@@ -33,7 +33,7 @@ def test_basins_of_a_machine_of_friction_are_those_of_its_attractors_one_by_one(
     assert found["name"].values.tolist() == ["3-0-0 a", "1-0-0 a"]
     for i, x in enumerate(over["x1"]):
         for j, v in enumerate(over["v1"]):
-            alone = vi.classify(FORCED, vi.State((x,), (v,)), settle=300, points=100)
+            alone = vi.classify(FORCED, vi.State((x,), (v,)), settle_events=300, points=100)
             label = found["attractor"].transpose("x1", "v1").values[i, j]
             assert found["name"].values[label] == f"{alone.symbol} a"
 
@@ -49,7 +49,7 @@ def test_a_diagram_of_a_machine_of_friction_has_the_points_of_its_section():
         FORCED, over={"damping[0][0]": [0.02, 0.03]}, start=REST, points=6, way="up", **QUIET
     )
     assert json.loads(found.attrs["call"])["at"] == {"phase": 0.0}
-    section = vi.section(FORCED, REST, at=vi.AtPhase(), points=6, settle=344)
+    section = vi.section(FORCED, REST, at=vi.AtPhase(), points=6, settle_events=344)
     drawn = found["x1"].isel({"damping[0][0]": 0}).values.ravel()
     assert np.allclose(drawn, section.x1, rtol=0.0, atol=1e-12)
 

@@ -18,7 +18,7 @@ START = vi.State((0.1, 0.0), (0.0, 1.0), 0.5)
 SHORT = {"settle_periods": 21.5, "periods": 7, "most_impacts": 900, "progress": False}
 GRID = {"omega": np.linspace(1.0, 1.2, 3), "half_clearance": [4.0, 9.0]}
 LISTED = vi.ListedStarts([[0.0, 0.1], [0.2, 0.3]], [[0.0, 1.0], [1.0, 0.0]], [0.0, 0.1])
-RANDOM = vi.RandomStarts(3, 7, {"x1": (-1.0, 1.0), "phase": (0.0, 6.0)}, START, first=2)
+RANDOM = vi.RandomStarts(3, 7, {"x1": (-1.0, 1.0), "phase": (0.0, 6.0)}, START, skip=2)
 WATCHED = [
     vi.observe.Section(points=3, stop="B", label="low"), "symbol", "final", "spectrum",
     vi.observe.Extremes(row=(-1.0, 1.0), label="gap"),
@@ -48,10 +48,10 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
     ),
     "basins": lambda: vi.basins(
         DAMPER, over={"v2": [0.0, 1.0], "phase": [0.0, 1.0]}, start=START, at=vi.AtStop("B"),
-        tolerance=1e-4, most=5, **SHORT,
+        same_within=1e-4, most_classified=5, **SHORT,
     ),
     "a count": lambda: vi.multistability(
-        DAMPER, over=GRID, start=RANDOM, at=vi.AtStop("B"), tolerance=1e-4, **SHORT
+        DAMPER, over=GRID, start=RANDOM, at=vi.AtStop("B"), same_within=1e-4, **SHORT
     ),
     "a diagram, both ways": lambda: vi.bifurcation_sweep(
         DAMPER, over={"omega": [1.0, 1.1]}, start=START, at=vi.AtStop("B"), points=4, observe="lyapunov",

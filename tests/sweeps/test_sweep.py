@@ -149,7 +149,7 @@ def test_random_starts_are_those_of_the_seed_in_any_tile():
         np.testing.assert_array_equal(found[name], low + (high - low) * unit[:, i])
     xr.testing.assert_identical(found, swept(start=starts))
     assert found.attrs["seed"] == 42
-    more = vi.RandomStarts(4, 42, ranges, PLAIN, first=7)
+    more = vi.RandomStarts(4, 42, ranges, PLAIN, skip=7)
     np.testing.assert_array_equal(swept(start=more).x1, found.x1[7:])
 
 
@@ -401,7 +401,7 @@ def test_misuse_is_refused_by_name(options, said):
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: vi.RandomStarts(0, 1, {"v1": (0.0, 1.0)}, PLAIN), "count = 0"),
+        (lambda: vi.RandomStarts(0, 1, {"v1": (0.0, 1.0)}, PLAIN), "starts = 0"),
         (lambda: vi.RandomStarts(1, -1, {"v1": (0.0, 1.0)}, PLAIN), "seed = -1"),
         (
             lambda: vi.RandomStarts(1, 2**64, {"v1": (0.0, 1.0)}, PLAIN),

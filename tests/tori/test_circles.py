@@ -12,6 +12,7 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.attractors.rotation import weights
+from vibroimpact.tori.continue_circle import STEPS
 from vibroimpact.tori.fourier import at_phases, derivative, shifted, tail
 from vibroimpact.tori.maps import SignatureMap
 from vibroimpact.tori.normal import Bundle, normal_stability
@@ -308,7 +309,7 @@ def test_a_family_shrinks_to_the_neimark_sacker_point() -> None:
 
 def full_map_points(circle: vi.Circle, points: int) -> np.ndarray:
     """Iterates of the full map by simulation from a point of the circle."""
-    section = vi.section(circle.subject, circle.state(), points=points, settle=0)
+    section = vi.section(circle.system, circle.state(), points=points, settle_events=0)
     return np.column_stack([section.x1, section.v1])
 
 
@@ -377,17 +378,17 @@ def test_half_map_and_full_map_have_the_same_circle(name: str, omega: float) -> 
 
 def test_a_given_signature_decides_the_map() -> None:
     damper = paper_damper("A", 1.00734)
-    once = vi.find_circle(damper, REST, impacts="AB", cycles=1)
-    twice = vi.find_circle(damper, REST, impacts="ABAB", cycles=2)
-    other = vi.find_circle(damper, REST, impacts="BA", cycles=1)
-    listed = vi.find_circle(damper, REST, impacts=np.array([(0, -1), (0, 1)]), cycles=1)
+    once = vi.find_circle(damper, REST, stops="AB", cycles=1)
+    twice = vi.find_circle(damper, REST, stops="ABAB", cycles=2)
+    other = vi.find_circle(damper, REST, stops="BA", cycles=1)
+    listed = vi.find_circle(damper, REST, stops=np.array([(0, -1), (0, 1)]), cycles=1)
     assert once.rotation_number == pytest.approx(1.0 - 2.0 * 0.258872793916, abs=1e-11)
     assert twice.rotation_number == pytest.approx(folded(2.0 * once.rotation_number), abs=1e-11)
     assert other.rotation_number == pytest.approx(once.rotation_number, abs=1e-11)
     assert listed.rotation_number == other.rotation_number
     # The section of the lower stop sees the mirror image half a period later.
     assert other.radius == pytest.approx(once.radius, abs=1e-9)
-    none = vi.find_circle(damper, REST, impacts="AAB", cycles=1)
+    none = vi.find_circle(damper, REST, stops="AAB", cycles=1)
     assert "do not follow" in none.status
 
 
@@ -396,7 +397,8 @@ def test_a_family_that_approaches_a_resonance_ends_by_breaking() -> None:
     orbit = vi.symmetric_orbits(paper_damper("B", 0.97))[0]
     branch = vi.continue_orbit(orbit, "omega", (0.97, 1.05))
     start = vi.find_circle(paper_damper("B", 1.014), branch["NS1"])
-    family = vi.continue_circle(start, "omega", (0.97, 1.05), most_nodes=121, least=1e-3)
+    family = vi.continue_circle(start, "omega", (0.97, 1.05), most_nodes=121,
+                                steps=replace(STEPS, least=1e-3))  # fmt: skip
     before, after = family.ends
     assert before.reason.name == "BREAKING"
     assert "next to 1/5" in before.detail
@@ -436,9 +438,11 @@ def test_derivatives_of_the_impact_map_are_those_of_its_differences(
 def test_a_family_in_the_clearance_has_the_circles_that_motions_settle_on() -> None:
     """The section moves with this parameter."""
     circle = vi.find_circle(paper_damper("A", 1.00314), REST)
-    family = vi.continue_circle(circle, "half_clearance", (4.98, 5.02), points=4)
+    family = vi.continue_circle(
+        circle, "half_clearance", (4.98, 5.02), steps=replace(STEPS, points=4)
+    )
     direct = vi.find_circle(paper_damper("A", 1.00314, half_clearance=family.values[-1]), REST)
-    assert [c.subject.half_clearance for c in family.circles] == family.values.tolist()
+    assert [c.system.half_clearance for c in family.circles] == family.values.tolist()
     assert abs(family.rotation_numbers[-1] - direct.rotation_number) < 1e-11
 
 
@@ -449,7 +453,8 @@ def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> 
     assert point.parameter == pytest.approx(0.931845377, abs=1e-9)
     start = vi.find_circle(paper_damper("A", point.parameter + 1e-4), point)
     family = vi.continue_circle(
-        start, "omega", (0.93, 0.94), both=False, first=0.005, least=5e-4, points=8, most_nodes=121,
+        start, "omega", (0.93, 0.94), both=False, most_nodes=121,
+        steps=replace(STEPS, first=0.005, least=5e-4, points=8),
     )  # fmt: skip
     fold = family["SN1"]
     assert fold.parameter == pytest.approx(0.932061757, abs=1e-9)
@@ -460,14 +465,14 @@ def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> 
     assert unstable[-1]
     other = family.circles[-1]
     near = family.circles[int(np.flatnonzero(stable)[-1])]
-    again = vi.find_circle(other.subject, near)
+    again = vi.find_circle(other.system, near)
     assert again.converged, again.status
     assert again.stable
     assert abs(again.rotation_number - other.rotation_number) > 1e-5
     # Motions stay on the circle below the fold, and lock to the orbit 2-2-2 above it.
     for side, symbol in ((-1.0, None), (1.0, "2-2-2")):
         damper = paper_damper("A", fold.parameter + side * 5e-6)
-        section = vi.section(damper, fold.orbit.state(), points=150_000, settle=0)
+        section = vi.section(damper, fold.orbit.state(), points=150_000, settle_events=0)
         width = float(np.std(section.x1[-4000:]) / np.std(fold.orbit.points[:, 0]))
         assert (width < 1.1) == (symbol is None), (side, width)
         assert symbol in (None, vi.classify(damper, section.last).symbol)
@@ -514,7 +519,9 @@ def test_the_clearance_does_not_depend_on_where_the_nodes_are() -> None:
 def test_grazing_along_a_family_is_located_where_the_stop_meets_the_circle() -> None:
     free = vi.find_circle(limited(6.0), REST, symmetric=False)
     top = 6.0 - free.clearance_to_grazing
-    family = vi.continue_circle(free, "elements[1].upper", (top - 0.3, 6.5), largest=0.5)
+    family = vi.continue_circle(
+        free, "elements[1].upper", (top - 0.3, 6.5), steps=replace(STEPS, largest=0.5)
+    )
     assert [point.label for point in family.special_points] == ["GR1"], family
     assert family["GR1"].parameter == pytest.approx(top, abs=1e-8)
     assert family.stable[-1]
@@ -531,7 +538,7 @@ def test_datasets_hold_the_numbers_and_pictures_the_curve() -> None:
     assert data["points"].shape == (circle.nodes, 4)
     line = circle.plot().lines[0]
     assert np.allclose(line.get_ydata()[[0, -1]], circle.states([0.0])[0, 2])
-    family = vi.continue_circle(circle, "omega", (1.0073, 1.0074), points=3)
+    family = vi.continue_circle(circle, "omega", (1.0073, 1.0074), steps=replace(STEPS, points=3))
     assert np.array_equal(family.to_dataset()["values"], family.values)
     assert len(family.plot().lines) == len(family) - 1
 
@@ -558,8 +565,8 @@ def test_too_few_nodes_are_a_status() -> None:
         ({"tolerance": 0.0}, "tolerance"),
         ({"points": 10}, "points"),
         ({"p": 1.0}, "p = 1.0"),
-        ({"impacts": "AB"}, "cycles"),
-        ({"cycles": 1}, "impacts"),
+        ({"stops": "AB"}, "cycles"),
+        ({"cycles": 1}, "stops"),
     ],
 )
 def test_misuse_is_refused_with_the_argument(arguments: dict[str, Any], word: str) -> None:

@@ -289,10 +289,9 @@ def test_bad_tables_are_refused_with_file_line_and_value(
     (lambda: vi.free_decay(DAMPER, {"v2": 1.0}, to=1.0), r"to = 1.0"),
     (lambda: vi.free_decay(DAMPER, {"x1": 0.0}), "away from rest"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (1.2, 0.8)), "band"),
-    (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), steps=5, rate=1.0), "one of them"),
+    (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), points=5, rate=1.0), "one of them"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), row="v1"), "coordinates"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), rate=1e-9), "at most 100000 steps"),
-    (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), settle_periods=3), "settle_periods"),
 ])  # fmt: skip
 def test_misuse_names_the_value_and_what_to_do(call: Any, said: str) -> None:
     with pytest.raises(vi.InvalidParameterError, match=said):
@@ -434,7 +433,7 @@ def test_decays_that_end_in_other_ways_are_results(machine: Any, start: dict[str
 
 def test_a_sweep_is_the_motion_whose_frequency_steps_at_whole_periods() -> None:
     swept = vi.sine_sweep(
-        DAMPER, "omega", (0.8, 1.1), steps=4, periods_per_step=3, way="both", progress=False
+        DAMPER, "omega", (0.8, 1.1), points=4, periods_per_step=3, way="both", progress=False
     )
     state = vi.State((0.0, 0.0), (0.0, 0.0))
     ways = (swept.values, swept.values[::-1])
@@ -453,7 +452,7 @@ def test_a_sweep_is_the_motion_whose_frequency_steps_at_whole_periods() -> None:
 def test_a_slow_sweep_of_a_linear_machine_gives_its_resonance_curve() -> None:
     wide = replace(DAMPER, half_clearance=1e3)
     swept = vi.sine_sweep(
-        wide, "omega", (0.7, 1.4), steps=15, periods_per_step=2000, progress=False
+        wide, "omega", (0.7, 1.4), points=15, periods_per_step=2000, progress=False
     )
     w, z = swept.values, wide.zeta
     curve = 1.0 / np.hypot(1.0 - w * w, 2.0 * z * w)
@@ -491,7 +490,7 @@ def test_pictures_of_transients_have_units_and_all_curves() -> None:
     ax = decay.plot()
     assert ax.get_xlabel() == "time $t$ [s]"
     assert any(text.get_text().startswith("without impacts: ") for text in ax.get_legend().texts)
-    swept = vi.sine_sweep(FRAME, "omega", (6.0, 8.0), unit="Hz", steps=5, progress=False)
+    swept = vi.sine_sweep(FRAME, "omega", (6.0, 8.0), unit="Hz", points=5, progress=False)
     ax = swept.plot()
     assert ax.get_xlabel() == "forcing frequency $f$ [Hz]"
     assert np.asarray(ax.get_lines()[1].get_ydata()) == pytest.approx(swept.peak[1])

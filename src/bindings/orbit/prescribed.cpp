@@ -47,6 +47,7 @@ vi::stop<R, shape::max_dimension> stop_of(const prescribed_data::stop& from,
     fill(s.impulse.x, from.impulse, at);
     fill(&s.restitution, from.restitution, at);
     fill(s.kick.x, from.kick, at);
+    s.chatters = from.chatters;
     return s;
 }
 
@@ -266,6 +267,34 @@ numbers prescribed::forms(const segments& s, const ends& e, const numbers& direc
     if (count == 1) return forms_of_order<1>(data_, s, e, directions);
     if (count == 2) return forms_of_order<2>(data_, s, e, directions);
     return forms_of_order<3>(data_, s, e, directions);
+}
+
+chatter_flights prescribed::chatter(const numbers& state, const numbers& direction,
+                                    int stop) const {
+    using dual = vi::jet<double, 1>;
+    const int size = 2 * data_.degrees + 1;
+    dual p(0.0);
+    p.d[0] = direction[size];
+    const expansion<dual> moving{p};
+    const auto& at = data_.stops[stop];
+    const auto k = kernels_of(data_, moving)[at.mode];
+    auto z = state_at<dual>({state, {}, {}}, 0, size);
+    for (int i = 0; i < size; ++i)
+        z[i].d[0] = direction[i];
+    chatter_flights out;
+    dual theta = z[size - 1];
+    auto y = k.embed(z);
+    k.chatter(stop_of(at, moving), y, [&](const auto& begun, const dual& t) {
+        const auto here = k.read(begun, theta);
+        for (int i = 0; i < size; ++i) {
+            out.states.push_back(here[i].v);
+            out.states_by.push_back(here[i].d[0]);
+        }
+        out.durations.push_back(t.v);
+        out.durations_by.push_back(t.d[0]);
+        theta = theta + t * k.omega;
+    });
+    return out;
 }
 
 numbers prescribed::fly(const numbers& states, const std::vector<int>& modes,

@@ -26,6 +26,7 @@ struct prescribed_data {
     struct stop {
         numbers row, limit, impulse, restitution, kick; // D, 1, D, 1, D
         int mode;                                       // in which it is reached
+        bool chatters;
     };
     std::vector<mode> modes;
     std::vector<stop> stops;
@@ -48,6 +49,10 @@ struct second_order {
     numbers after_by, gap_by; // as in `linearised`
 };
 
+struct chatter_flights {
+    numbers states, durations, states_by, durations_by;
+};
+
 // Where a map starts and ends: put on a stop by solving for one coordinate (or stop = -1), and after
 // the last event or after a whole time, given with its derivatives, which ends in a mode.
 struct ends {
@@ -68,6 +73,9 @@ public:
     // Coefficients of all products of the directions (count, 2n + 2), of the state at the end and of
     // the elapsed time: (2^count, 2n + 2).
     numbers forms(const segments& s, const ends& e, const numbers& directions, int count) const;
+    // Flights within chatter at a stop: states (count, 2n + 1) after its impacts and times (count,), with
+    // their derivatives along a direction (2n + 2,) of the first state and the parameter.
+    chatter_flights chatter(const numbers& state, const numbers& direction, int stop) const;
     // Flights from each state in a mode over a number of equal windows, at nodes in each:
     // (all windows, nodes, 2n) of x and v.
     numbers fly(const numbers& states, const std::vector<int>& modes,

@@ -28,10 +28,10 @@ prescribed make(int degrees, numbers ratios, double rate, const array& omega, co
             {numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)), std::get<2>(t)});
     }
     for (nb::handle stop : stops) {
-        const auto t = nb::cast<std::tuple<array, array, array, array, array, int>>(stop);
+        const auto t = nb::cast<std::tuple<array, array, array, array, array, int, bool>>(stop);
         data.stops.push_back({numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)),
                               numbers_of(std::get<2>(t)), numbers_of(std::get<3>(t)),
-                              numbers_of(std::get<4>(t)), std::get<5>(t)});
+                              numbers_of(std::get<4>(t)), std::get<5>(t), std::get<6>(t)});
     }
     return prescribed(std::move(data));
 }
@@ -79,6 +79,15 @@ nb::object fly(const prescribed& p, const array& states, const std::vector<int>&
                     {total, nodes.size(), 2 * p.degrees()});
 }
 
+nb::object chatter(const prescribed& p, const array& state, const array& direction, int stop) {
+    auto r = p.chatter(numbers_of(state), numbers_of(direction), stop);
+    const std::size_t count = r.durations.size(), size = 2 * p.degrees() + 1;
+    return nb::make_tuple(to_numpy(std::move(r.states), {count, size}),
+                          to_numpy(std::move(r.durations), {count}),
+                          to_numpy(std::move(r.states_by), {count, size}),
+                          to_numpy(std::move(r.durations_by), {count}));
+}
+
 } // namespace
 
 void bind_prescribed(nb::module_& m) {
@@ -97,7 +106,7 @@ void bind_prescribed(nb::module_& m) {
                     "stops: list[tuple[numpy.typing.NDArray[numpy.float64], "
                     "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
                     "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
-                    "int]]) -> None"))
+                    "int, bool]]) -> None"))
         .def("linearise", &linearise, "states"_a, "durations"_a, "stops"_a,
              nb::sig("def linearise(self, states: numpy.typing.NDArray[numpy.float64], "
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int]) "
@@ -116,6 +125,13 @@ void bind_prescribed(nb::module_& m) {
                     "solved: int, period: numpy.typing.NDArray[numpy.float64], mode: int, "
                     "directions: numpy.typing.NDArray[numpy.float64]) "
                     "-> numpy.typing.NDArray[numpy.float64]"))
+        .def("chatter", &chatter, "state"_a, "direction"_a, "stop"_a,
+             nb::sig("def chatter(self, state: numpy.typing.NDArray[numpy.float64], "
+                     "direction: numpy.typing.NDArray[numpy.float64], stop: int) "
+                     "-> tuple[numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64]]"))
         .def(
             "fly", &fly, "states"_a, "modes"_a, "windows"_a, "nodes"_a, "window"_a,
             nb::sig(

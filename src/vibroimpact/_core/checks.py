@@ -255,9 +255,9 @@ def is_function(value: object) -> bool:
 
 
 def check_progress(progress: object) -> None:
-    """Refuse a ``progress`` that is neither a flag nor a function."""
-    if not isinstance(progress, bool) and not is_function(progress):
-        raise refusal("progress", progress, "True, False or a function")
+    """Refuse a ``progress`` that is no flag, no function, and not None, which is as False."""
+    if not isinstance(progress, bool | None) and not is_function(progress):
+        raise refusal("progress", progress, "True, a function, or False or None for none")
 
 
 def check_choice(name: str, value: object, choices: Collection[str], advice: str = "") -> None:

@@ -53,7 +53,7 @@ class ProgressReport(NamedTuple):
         return f"{self.stage}: {self.text}"
 
 
-ProgressOption = bool | Callable[[ProgressReport], object]
+ProgressOption = bool | Callable[[ProgressReport], object] | None
 
 
 @dataclass
@@ -163,7 +163,7 @@ class Reporter:
     Parameters
     ----------
     progress
-        True, a function, or False.
+        True, a function, or False or None.
     stage
         What is done.
     """

@@ -176,11 +176,11 @@ class Attractor(Result):
 
 def classify(
     system: System,
-    state: State,
+    start: State,
     *,
-    settle: int = 1000,
+    settle_events: int = 1000,
     points: int = 4000,
-    max_settle: int = 64_000,
+    most_settle_events: int = 64_000,
     at: At | None = None,
 ) -> Attractor:
     """Classify the attractor on which a motion settles.
@@ -189,16 +189,16 @@ def classify(
     ----------
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
-    state
+    start
         Initial state.
-    settle
+    settle_events
         Impacts (at all stops) discarded before the first window, >= 1, or forcing periods, or
         changes, whatever the section has; every next window waits 8 times longer.
     points
         Section points per window, >= 64; chaos with k bands or k closed curves needs 64 k.
-    max_settle
+    most_settle_events
         Longest settling; chaos that lasts as long is called chaotic. Where nothing decides, all is
-        repeated with 4, then 16 times ``points`` and ``max_settle``.
+        repeated with 4, then 16 times ``points`` and ``most_settle_events``.
     at
         Where the points are, as in :func:`~vibroimpact.section`. Where a stop is so seldom met that
         other events fill the record, they are taken at phase 0 of the force, and without forcing at
@@ -218,7 +218,7 @@ def classify(
     -----
     A quarter of a second for the impact damper, less for periodic motion, some seconds where all
     is repeated; the tests are those of :func:`~vibroimpact.classify_points`. Unreliable:
-    chaos that ends after ``max_settle`` impacts; motion within 1e-6 of a bifurcation in its
+    chaos that ends after ``most_settle_events`` impacts; motion within 1e-6 of a bifurcation in its
     multiplier; several forcing lines of incommensurate frequencies (only the phase of the first is
     used).
 
@@ -230,40 +230,44 @@ def classify(
     >>> classify(damper, vi.State((0.0, 0.0), (0.0, 1.0))).label
     '1-1-1 periodic, symmetric'
     """
-    check_count("settle", settle, 1)
+    check_count("settle_events", settle_events, 1)
     check_count("points", points, FEWEST_POINTS)
-    check_count("max_settle", max_settle, settle)
+    check_count("most_settle_events", most_settle_events, settle_events)
     at = place_in(system, at)
     check_points(system, at, points)
-    motion = partial(Simulator, system, state)
-    found = _decided(lambda: Sampler(motion(), at), settle, max_settle, points)
+    motion = partial(Simulator, system, start)
+    found = _decided(lambda: Sampler(motion(), at), settle_events, most_settle_events, points)
     few = len(found.section) < FEWEST_POINTS
     if few and found.section.end is RunEnd.EVENTS and isinstance(at, AtStop):
         other = place_without_stops(mechanism_of(system), at.contact)
-        found = _decided(lambda: Sampler(motion(), other), settle, max_settle, points)
+        found = _decided(
+            lambda: Sampler(motion(), other), settle_events, most_settle_events, points
+        )
     return found
 
 
 def _decided(
-    sampler: Callable[[], Sampler], settle: int, max_settle: int, points: int
+    sampler: Callable[[], Sampler], settle_events: int, most_settle_events: int, points: int
 ) -> Attractor:
     """Classify a motion, with more points and settling where nothing decides."""
     for attempt in range(MOST_ATTEMPTS):
         more = ATTEMPT_FACTOR**attempt
-        found = _with_history(list(_windows(sampler(), settle, more * max_settle, more * points)))
+        found = _with_history(
+            list(_windows(sampler(), settle_events, more * most_settle_events, more * points))
+        )
         if found.kind is not Kind.UNDECIDED or len(found.section) < FEWEST_POINTS:
             break  # without section points, more settling cannot decide
     return found
 
 
 def _windows(
-    sampler: Sampler, settle: int, max_settle: int, points: int
+    sampler: Sampler, settle_events: int, most_settle_events: int, points: int
 ) -> Iterator[tuple[int, Attractor]]:
     """Impacts, periods or changes discarded and the window after them, until a window decides."""
     spent = changes = 0
-    while settle <= max_settle:
-        sampler.settle(max(settle - spent, 0))
-        spent = max(settle, spent)
+    while settle_events <= most_settle_events:
+        sampler.settle(max(settle_events - spent, 0))
+        spent = max(settle_events, spent)
         taken = sampler.take(points)
         window = _classified(sampler, taken)
         yield spent, window
@@ -271,11 +275,11 @@ def _windows(
             return
         if isinstance(sampler.at, AtStop) and taken.end is RunEnd.EVENTS:
             return  # other events fill the record: another section is needed
-        spent, settle = spent + taken.length, settle * SETTLING_FACTOR
+        spent, settle_events = spent + taken.length, settle_events * SETTLING_FACTOR
         if window.exponent.earlier and changes < MOST_CHANGES:
             changes += 1
-            settle = min(settle, spent + EXPONENT_IMPACTS)
-            max_settle = max(max_settle, settle)
+            settle_events = min(settle_events, spent + EXPONENT_IMPACTS)
+            most_settle_events = max(most_settle_events, settle_events)
 
 
 def _with_history(windows: list[tuple[int, Attractor]]) -> Attractor:

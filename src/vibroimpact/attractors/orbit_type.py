@@ -45,7 +45,7 @@ class OrbitType(NamedTuple):
         return f"{self.n_periods}-{impacts}" if self.n_periods else impacts
 
 
-def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
+def symbol_word(n: int, counts: Sequence[Sequence[float]]) -> str:
     """n-p-q with a pair p-q for every contact that impacts: "1-1-1", "1-1-1,0-2".
 
     Parameters
@@ -54,7 +54,8 @@ def symbol_word(n: int, counts: Sequence[Sequence[int]]) -> str:
         Forcing periods; 0 without forcing, or where the time is no whole number of them. There is
         no n then: "1-0".
     counts
-        Impacts at stops A and B of every contact, shape (contact, 2). Contacts are named unless
+        Impacts at stops A and B of every contact, shape (contact, 2); infinite, "inf", where a
+        motion chatters. Contacts are named unless
         they are the first ones: "1-2-1 (contact 1)". Without impacts "3-0-0".
     """
     struck = [contact for contact, pair in enumerate(counts) if any(pair)] or [0]

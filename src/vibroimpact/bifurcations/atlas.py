@@ -138,8 +138,8 @@ def bifurcation_atlas(
     bounds: tuple[Bounds, Bounds],
     *,
     touches: bool = False,
-    levels: int = 1,
-    most: int = 40,
+    depth: int = 1,
+    most_curves: int = 40,
     steps: Steps | None = None,
     progress: ProgressOption = False,
 ) -> Atlas:
@@ -153,10 +153,10 @@ def bifurcation_atlas(
         As for :func:`~vibroimpact.continue_bifurcation`.
     touches
         Also follow grazing and vanishing impact speeds.
-    levels
+    depth
         How many times curves of orbits of a multiple period, which begin at points of codimension two, are followed:
         0 for the orbit's own curves only.
-    most
+    most_curves
         Number of curves after which the search stops.
     steps
         Step lengths of the curves, number of points of each.
@@ -172,7 +172,7 @@ def bifurcation_atlas(
     Raises
     ------
     InvalidParameterError
-        As for :func:`~vibroimpact.continue_bifurcation`; ``levels`` below 0, ``most`` below 1.
+        As for :func:`~vibroimpact.continue_bifurcation`; ``depth`` below 0, ``most_curves`` below 1.
 
     Notes
     -----
@@ -184,7 +184,7 @@ def bifurcation_atlas(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.0)
     >>> atlas = vi.bifurcation_atlas(vi.symmetric_orbits(damper)[0], ("omega", "half_clearance"),
-    ...                              ((0.9, 1.05), (4.5, 5.5)), levels=0)
+    ...                              ((0.9, 1.05), (4.5, 5.5)), depth=0)
     >>> [curve.kind for curve in atlas.curves]
     ['NS', 'NS']
     """
@@ -193,16 +193,16 @@ def bifurcation_atlas(
     values = parameter_value(start.system, names[0]), parameter_value(start.system, names[1])
     inside = ranges(names, values, bounds)
     check_flag("touches", touches)
-    check_count("levels", levels, 0)
-    check_count("most", most, 1)
+    check_count("depth", depth, 0)
+    check_count("most_curves", most_curves, 1)
     check_progress(progress)
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
     complete = True
     with Reporter(progress, "atlas") as report:
-        search = _Search(names, inside, touches, most, steps, report)
+        search = _Search(names, inside, touches, most_curves, steps, report)
         try:
             search.from_orbit(start)
-            search.level(levels)
+            search.level(depth)
         except (KeyboardInterrupt, _Enough):
             complete = False
     return Atlas(names, inside, tuple(search.curves), tuple(search.failures), complete)
@@ -219,7 +219,7 @@ class _Search:
     names: tuple[str, str]
     bounds: tuple[Bounds, Bounds]
     touches: bool
-    most: int
+    most_curves: int
     steps: Steps | None
     report: Reporter
     curves: list[BifurcationCurve] = field(default_factory=list)
@@ -309,7 +309,7 @@ class _Search:
         last = f"{curve.kind} of {_symbol(curve)}, {len(curve)} points"
         self.report.say(f"{count} curves, {last}", count)
         uninterrupted(curve.curve)
-        if len(self.curves) >= self.most:
+        if len(self.curves) >= self.most_curves:
             raise _Enough
 
 

@@ -98,12 +98,12 @@ class Tongue(Result):
         assert self.tip.resonance is not None
         return self.tip.resonance
 
-    def width(self, second: float) -> float:
+    def width(self, value: float) -> float:
         """Extent of the tongue in the first parameter at a value of the second; NaN where a side does not reach it.
 
         Where a side reaches it more than once, the part next to the tip counts.
         """
-        firsts = [_first_at(side, self.tip, second) for side in self.sides]
+        firsts = [_first_at(side, self.tip, value) for side in self.sides]
         return abs(firsts[0] - firsts[1])
 
     def to_dataset(self) -> xr.Dataset:

@@ -39,7 +39,7 @@ def continue_orbit(
     steps: Steps | None = None,
     both: bool = True,
     tangent: Floats | None = None,
-    events: Mapping[str, Function] | None = None,
+    test_functions: Mapping[str, Function] | None = None,
     stop_when: StopWhen | None = None,
     progress: ProgressOption = False,
 ) -> Branch:
@@ -60,7 +60,7 @@ def continue_orbit(
         Follow it in both directions.
     tangent
         Direction to start in; by default towards larger values.
-    events
+    test_functions
         Test functions of your own by their labels, words of letters: the zeros of each along the branch are special
         points of that kind, which :func:`~vibroimpact.continue_bifurcation` follows. A function
         g(states, durations, parameters) takes the states (x, v, theta) just after each solved impact, shape
@@ -86,7 +86,7 @@ def continue_orbit(
         No such parameter, an orbit that is not converged or one of a family, a range that is
         empty, without the orbit or no wider than rounding; a parameter that breaks the symmetry of
         a symmetric orbit or changes the ratios of the forcing frequencies; a ``stop_when`` that is
-        not a rule; events that are no functions by labels.
+        not a rule; test functions that are no functions by labels.
 
     Notes
     -----
@@ -110,7 +110,7 @@ def continue_orbit(
     Where do the impacts of both stops have the speed 1?
 
     >>> fast = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (1.0, 1.15),
-    ...                          events={"FAST": lambda states, durations, parameters: states[0, 3] + 1.0})
+    ...                          test_functions={"FAST": lambda states, durations, parameters: states[0, 3] + 1.0})
     >>> [point.label for point in fast.special_points]
     ['NS1']
     """
@@ -124,10 +124,10 @@ def continue_orbit(
     if tangent is not None:
         tangent = np.array(vector("tangent", tangent, z.size + 1))
     family = OrbitFamily.around(
-        start.system, start.signature, parameter, z, high - low, events_of(events)
+        start.system, start.signature, parameter, z, high - low, events_of(test_functions)
     )
     for label, kind in family.events.items():
-        checked_value(f"events[{label!r}]", kind.function, family.arguments(z, value))
+        checked_value(f"test_functions[{label!r}]", kind.function, family.arguments(z, value))
     with Reporter(progress, "branch") as report:
         curve = continue_curve(
             family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,

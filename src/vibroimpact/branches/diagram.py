@@ -96,7 +96,7 @@ class Diagram(Result):
     reached
         :class:`Reached`, one for every special point that was tried, in this order.
     untried
-        (branch, label) of the junctions left when ``depth`` or ``most`` was reached, or by an
+        (branch, label) of the junctions left when ``depth`` or ``most_branches`` was reached, or by an
         interruption.
     attractors
         Section points of the sweep, dims "direction", the parameter, "point"; None if not
@@ -118,10 +118,10 @@ class Diagram(Result):
         """Points at which no branch was found, with the reason."""
         return tuple(r for r in self.reached if r.to is None)
 
-    def origin(self, number: int) -> Reached | None:
+    def origin(self, index: int) -> Reached | None:
         """Return the special point at which a branch was found; None for number 0."""
-        check_index("number", number, len(self.branches))
-        return next((r for r in self.reached if r.to == number and r.how == "new"), None)
+        check_index("index", index, len(self.branches))
+        return next((r for r in self.reached if r.to == index and r.how == "new"), None)
 
     def to_dataset(self) -> xr.Dataset:
         """Convert attractors and tree to a dataset; see :meth:`Branch.to_dataset` for branches."""
@@ -161,8 +161,8 @@ def branch_diagram(
     bounds: tuple[float, float],
     *,
     depth: int = 2,
-    most: int = 20,
-    attractors: int = 200,
+    most_branches: int = 20,
+    points: int = 200,
     steps: Steps | None = None,
     stop_when: StopWhen | None = STOP_WHEN,
     progress: ProgressOption = False,
@@ -175,9 +175,9 @@ def branch_diagram(
         As for :func:`~vibroimpact.continue_orbit`.
     depth
         Largest number of switches from the orbit's branch to any other, >= 0.
-    most
+    most_branches
         Largest number of branches, >= 1.
-    attractors
+    points
         Values of the parameter in the brute-force sweep, each way; 0 for no sweep.
     stop_when
         As for :func:`~vibroimpact.continue_orbit`, for every branch. By default
@@ -211,17 +211,17 @@ def branch_diagram(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=0.72)
     >>> diagram = vi.branch_diagram(vi.symmetric_orbits(damper)[0], "omega", (0.69, 0.73),
-    ...                             attractors=0)
+    ...                             points=0)
     >>> [branch.symbol for branch in diagram.branches]
     ['1-1-1', '1-1-1']
     """
     for name, value, least in (
         ("depth", depth, 0),
-        ("most", most, 1),
-        ("attractors", attractors, 0),
+        ("most_branches", most_branches, 1),
+        ("points", points, 0),
     ):
         check_count(name, value, least)
-    check_memory("attractors", attractors, BYTES_PER_VALUE, "Take fewer.")
+    check_memory("points", points, BYTES_PER_VALUE, "Take fewer.")
     check_progress(progress)
     orbit = converged(orbit)
     behind = None
@@ -231,11 +231,11 @@ def branch_diagram(
         first = continue_orbit(orbit, parameter, bounds, **options)
         low, high = first.bounds
         tree = Tree((low, high), following)
-        tree.grow(first, depth, most)
-        if attractors and not tree.interrupted:
-            report.say(f"following a motion through {attractors} values, up and down")
+        tree.grow(first, depth, most_branches)
+        if points and not tree.interrupted:
+            report.say(f"following a motion through {points} values, up and down")
             try:
-                behind = _swept(first, orbit, np.linspace(low, high, attractors))
+                behind = _swept(first, orbit, np.linspace(low, high, points))
             except KeyboardInterrupt:
                 tree.interrupted = True
     return Diagram(
@@ -322,7 +322,7 @@ class Tree:
         self.waiting: list[_Waiting] = []
         self.interrupted = False
 
-    def grow(self, first: Branch, depth: int, most: int) -> None:
+    def grow(self, first: Branch, depth: int, most_branches: int) -> None:
         """Add a branch and switch at every waiting point, the least first."""
         self.interrupted = _interrupted(first)
         self._add(first, 0)
@@ -332,7 +332,7 @@ class Tree:
             try:
                 if self._known_junction(here.branch, point):
                     continue
-                if self.interrupted or here.level >= depth or len(self.branches) >= most:
+                if self.interrupted or here.level >= depth or len(self.branches) >= most_branches:
                     self._leave(here.branch, point)
                 elif found := self._switched(here.branch, point):
                     self._add(found, here.level + 1)

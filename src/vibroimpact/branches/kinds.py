@@ -60,14 +60,14 @@ def events_of(given: Mapping[str, Function] | None) -> dict[str, PointKind]:
     if given is None:
         return EVENTS
     if not isinstance(given, Mapping):
-        raise refusal("events", given, "a mapping of labels to functions of an orbit")
+        raise refusal("test_functions", given, "a mapping of labels to functions of an orbit")
     for label, function in given.items():
         if not str(label).isalpha() or label in ONE:
             raise InvalidParameterError(
-                f"events: label {label!r}: must be a word of letters, none of {', '.join(ONE)}."
+                f"test_functions: label {label!r}: must be a word of letters, none of {', '.join(ONE)}."
             )
         if not callable(function):
-            raise refusal(f"events[{label!r}]", function, "a function of an orbit")
+            raise refusal(f"test_functions[{label!r}]", function, "a function of an orbit")
     return EVENTS | {
         label: PointKind(label, label, f"{label} is zero", function=function)
         for label, function in given.items()

@@ -10,10 +10,10 @@ from vibroimpact.cli.branch import orbit_of
 from vibroimpact.cli.output import Done
 
 EXAMPLE = (
-    "  vibroimpact atlas impact-damper/A --over omega=0.9:1.05 --over half_clearance=5:6.3 "
+    "  vibroimpact atlas impact-damper/A --bounds omega=0.9:1.05 --bounds half_clearance=5:6.3 "
     "--out atlas.nc --out atlas.svg"
 )
-SEARCH = ("touches", "levels", "most")
+SEARCH = ("touches", "depth", "most_curves")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -22,10 +22,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "atlas",
         "From the symmetric orbit in closed form, or from the orbit to which the motion from the start settles. A "
-        "parameter that nothing else fixes is in the middle of its range.",
+        "parameter that nothing else fixes is in the middle of its bounds.",
     )
     common.add_named(
-        group, "--over", common.RANGE, "a parameter and its range, twice: the first for the abscissa",
+        group, "--bounds", common.RANGE, "a parameter and its bounds, twice: the first for the abscissa",
         required=True,
     )  # fmt: skip
     common.add_arguments_of(group, bifurcation_atlas, SEARCH)
@@ -34,9 +34,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Follow the curves."""
-    common.check_count(arguments.over, 2, common.RANGE)
-    (first, a), (second, b) = arguments.over.items()
-    start = orbit_of(arguments, common.case_of(arguments, arguments.over))
+    common.check_count("bounds", arguments.bounds, 2, common.RANGE)
+    (first, a), (second, b) = arguments.bounds.items()
+    start = orbit_of(arguments, common.case_of(arguments, arguments.bounds, "bounds"))
     atlas = bifurcation_atlas(
         start, (first, second), (a, b), progress=True, **common.given(arguments, SEARCH)
     )

@@ -16,7 +16,7 @@ EXAMPLE = (
     "  vibroimpact basins impact-damper/B --omega 0.945 --over x1=-6:6:100 --over v1=-6:6:100 "
     "--out basins.png --out basins.nc"
 )
-MATCHING = ("at", "tolerance", "most")
+MATCHING = ("at", "same_within", "most_classified")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -31,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Done:
     """Compute the basins."""
     case = common.case_of(arguments)
-    common.check_count(arguments.over, 2, common.GRID)
+    common.check_count("over", arguments.over, 2, common.GRID)
     found = basins(
         case.system, over=arguments.over, start=common.start_of(arguments, case),
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
@@ -50,6 +50,6 @@ def _listed(found: xr.Dataset) -> list[str]:
     left = share_of_starts(found["attractor"], NOT_MATCHED)
     if left:
         lines.append(
-            f"not matched: {100.0 * left:.3g}% of the starts. Raise --settle-periods, or --most."
+            f"not matched: {100.0 * left:.3g}% of the starts. Raise --settle-periods, or --most-classified."
         )
     return lines

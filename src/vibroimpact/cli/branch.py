@@ -6,7 +6,7 @@ import argparse
 
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import ends_of, range_of
+from vibroimpact._core.checks import range_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.branches.beginning import NoBranch
 from vibroimpact.branches.branch import Branch
@@ -23,7 +23,10 @@ from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches
 
-EXAMPLE = "  vibroimpact branch impact-damper/A --range 0.5 1.5 --out branch.nc --out branch.svg"
+EXAMPLE = (
+    "  vibroimpact branch impact-damper/A --bounds omega=0.5:1.5 --out branch.nc --out branch.svg"
+)
+Bounds = dict[str, tuple[float, float]]
 STATED = (*STATE, "on_stop", "perturb")
 
 
@@ -38,24 +41,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_out(parser)
 
 
-def add_branch(parser: argparse.ArgumentParser) -> None:
-    """Add the options that define the branch."""
+def add_branch(parser: argparse.ArgumentParser, name: str = "--bounds") -> None:
+    """Add the options that define the branch; one of this name has its parameter and bounds."""
     common.add_start(parser)
     group = parser.add_argument_group(
         "branch",
         "Without a state to start from, the branch of the symmetric orbit, for a machine whose "
         "symmetric orbit has a closed form. Else the branch of the orbit to which the motion from "
-        "the start settles. The parameter, where nothing else fixes it, is in the middle of the range.",
+        "the start settles. The parameter, where nothing else fixes it, is in the middle of the bounds.",
     )
-    group.add_argument(
-        "--parameter", default="omega", metavar="NAME",
-        help="what varies: omega, another parameter, or a path into a mechanism such as "
-        "elements[0].restitution (default: omega)",
+    common.add_named(
+        group, name, common.RANGE,
+        "what varies along the branch, and its bounds, with the start between: omega, another "
+        "parameter, or a path into a mechanism such as elements[0].restitution", required=True,
     )  # fmt: skip
-    group.add_argument(
-        "--range", type=float, nargs=2, required=True, metavar=("LOW", "HIGH"),
-        help="of the parameter; the start lies between",
-    )  # fmt: skip
+    parser.set_defaults(branch_option=name)
     group.add_argument(
         "--switch", action="append", default=[], metavar="POINT",
         help="switch to the branch that meets this one at a special point such as BP1, PD1 or "
@@ -92,12 +92,21 @@ def run(arguments: argparse.Namespace) -> Done:
     return Done([system, *branches], branches[-1], lambda: _picture(arguments, branches))
 
 
+def along_of(arguments: argparse.Namespace) -> tuple[str, Bounds]:
+    """Name of the option for what varies along the branch, and the parameter with its bounds."""
+    option = arguments.branch_option.removeprefix("--")
+    varied: Bounds = getattr(arguments, option)
+    common.check_count(option, varied, 1, common.RANGE)
+    return option, varied
+
+
 def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     """Requested branch, and every one that was switched to."""
-    name, bounds = arguments.parameter, ends_of("range", arguments.range)
-    case = common.case_of(arguments, {name: bounds}, "parameter")
+    option, varied = along_of(arguments)
+    ((name, bounds),) = varied.items()
+    case = common.case_of(arguments, varied, option)
     start, stop_when = orbit_of(arguments, case), arguments.stop_when
-    low, high = range_of("range", bounds, name, parameter_value(case.system, name))
+    low, high = range_of(option, bounds, name, parameter_value(case.system, name))
     branches = [continue_orbit(start, name, (low, high), stop_when=stop_when, progress=True)]
     common.check_interrupted(branches[0].curve)
     for label in arguments.switch:
@@ -125,5 +134,5 @@ def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit:
 def _picture(arguments: argparse.Namespace, branches: list[Branch]) -> Axes:
     if arguments.multipliers:
         return plot_branch_multipliers(branches[-1])
-    low, high = arguments.range
-    return plot_branches(branches, bounds=(low, high), **common.given(arguments, ["variable"]))
+    (bounds,) = along_of(arguments)[1].values()
+    return plot_branches(branches, bounds=bounds, **common.given(arguments, ["variable"]))

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_circle_branch, plot_invariant_circle
-from vibroimpact.tori.continue_circle import continue_circle
+from vibroimpact.tori.continue_circle import STEPS, continue_circle
 from vibroimpact.tori.find import find_circle
 
 EXAMPLE = (
-    "  vibroimpact circle impact-damper/A --omega 1.0 --along omega=0.99:1.02 --out circles.nc "
+    "  vibroimpact circle impact-damper/A --omega 1.0 --bounds omega=0.99:1.02 --out circles.nc "
     "--out rotation.svg"
 )
 SEARCH_ARGUMENTS = ("settle_iterates", "points")
@@ -31,8 +32,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "parameters that break the symmetry",
     )  # fmt: skip
     common.add_named(
-        group, "--along", common.RANGE,
-        "follow the circle in a parameter over this range, which holds its own value: omega, another "
+        group, "--bounds", common.RANGE,
+        "follow the circle in a parameter within these bounds, which hold its own value: omega, another "
         "parameter, or a path into a mechanism. The data and the picture are then those of the family: rotation "
         "numbers over the parameter",
     )  # fmt: skip
@@ -42,13 +43,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Find the circle, and follow it."""
-    along, looks = [*arguments.along.items()], common.given(arguments, AXES)
+    along, looks = [*arguments.bounds.items()], common.given(arguments, AXES)
     if len(along) > 1:
-        raise InvalidParameterError(f"along = {', '.join(arguments.along)}: may be given once.")
+        raise InvalidParameterError(f"bounds = {', '.join(arguments.bounds)}: may be given once.")
     if along and looks:
         name, value = next(iter(looks.items()))
         raise InvalidParameterError(
-            f"{name} = {value}: is for the picture of one circle; not with --along."
+            f"{name} = {value}: is for the picture of one circle; not with --bounds."
         )
     case = common.case_of(arguments)
     state = common.start_of(arguments, case)
@@ -62,7 +63,7 @@ def run(arguments: argparse.Namespace) -> Done:
     if not along:
         return Done(said, circle, lambda: plot_invariant_circle(circle, **looks))
     ((parameter, bounds),) = along
-    family = continue_circle(
-        circle, parameter, bounds, progress=True, **common.given(arguments, LIMIT_ARGUMENTS)
-    )
+    limits = common.given(arguments, LIMIT_ARGUMENTS)
+    steps = replace(STEPS, **{name: limits.pop(name) for name in {"tolerance"} & limits.keys()})
+    family = continue_circle(circle, parameter, bounds, steps=steps, progress=True, **limits)
     return Done([*said, family], family, lambda: plot_circle_branch(family))

@@ -215,20 +215,20 @@ def _values(text: str, name: str, form: str) -> tuple[Sequence[float] | Floats, 
 
 
 def band_of(arguments: argparse.Namespace) -> tuple[str, Any]:
-    """The one parameter of ``over`` and its band; one that is written in hertz is a band in hertz."""
-    ((name, band),) = arguments.over.items()
-    written = getattr(arguments, "units", {}).get(("over", name), [])
+    """The one parameter of ``band`` and its bounds; one that is written in hertz is a band in hertz."""
+    ((name, band),) = arguments.band.items()
+    written = getattr(arguments, "units", {}).get(("band", name), [])
     if len(written) == len(band) and all(x.unit == "Hz" for x in written) and not arguments.unit:
         arguments.unit = "Hz"
         band = tuple(x / TURN for x in band)
     return name, band
 
 
-def check_count(over: Values, count: int, form: str) -> None:
-    """Refuse another number of parameters in ``over``."""
-    if len(over) != count:
+def check_count(name: str, by_name: Values, count: int, form: str) -> None:
+    """Refuse another number of parameters in an option that takes them by name."""
+    if len(by_name) != count:
         raise InvalidParameterError(
-            f"over = {', '.join(over)}: give --over {form} {TIMES[count]}."
+            f"{name} = {', '.join(by_name)}: give --{name} {form} {TIMES[count]}."
         )  # fmt: skip
 
 

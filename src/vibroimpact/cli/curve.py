@@ -16,21 +16,19 @@ from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.branches.kinds import ONE
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
-from vibroimpact.cli.branch import add_branch, branches_of
+from vibroimpact.cli.branch import Bounds, add_branch, along_of, branches_of
 from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_curves, plot_plane
 
 EXAMPLE = (
-    "  vibroimpact curve impact-damper/A --range 0.9 1.0 --at NS1 --over omega=0.7:1.2 "
-    "--over half_clearance=3:12 --out curve.nc --out curve.svg"
+    "  vibroimpact curve impact-damper/A --branch omega=0.9:1.0 --at NS1 --bounds omega=0.7:1.2 "
+    "--bounds half_clearance=3:12 --out curve.nc --out curve.svg"
 )
-
-Bounds = dict[str, tuple[float, float]]
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    add_branch(parser)
+    add_branch(parser, "--branch")
     group = parser.add_argument_group(
         "curve", "From a special point of the branch, or of the last one that was switched to."
     )
@@ -39,9 +37,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="the special point: NS1, PD1, SN1, GR1, ..., or BP1 of a symmetric orbit",
     )  # fmt: skip
     common.add_named(
-        group, "--over", common.RANGE,
-        "a parameter and its range; two of them, the first for the abscissa. Given once, the second "
-        "parameter; the first is then that of the branch, in its range", required=True,
+        group, "--bounds", common.RANGE,
+        "a parameter and its bounds; two of them, the first for the abscissa. Given once, the second "
+        "parameter; the first is then that of the branch, in its bounds", required=True,
     )  # fmt: skip
     group.add_argument(
         "--then", type=_then, action="append", default=[], metavar="POINT=KIND",
@@ -84,13 +82,13 @@ def run(arguments: argparse.Namespace) -> Done:
 
 
 def _bounds(arguments: argparse.Namespace) -> Bounds:
-    """Names of both parameters with their ranges; the first may be that of the branch."""
-    over: Bounds = arguments.over
-    if len(over) == 1 and arguments.parameter not in over:
-        low, high = arguments.range
-        return {arguments.parameter: (low, high), **over}
-    common.check_count(over, 2, common.RANGE)
-    return over
+    """Names of both parameters with their bounds; the first may be that of the branch."""
+    bounds: Bounds = arguments.bounds
+    along = along_of(arguments)[1]
+    if len(bounds) == 1 and not along.keys() & bounds.keys():
+        return along | bounds
+    common.check_count("bounds", bounds, 2, common.RANGE)
+    return bounds
 
 
 def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCurve]:

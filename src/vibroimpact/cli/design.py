@@ -13,8 +13,8 @@ from vibroimpact.plotting.design_report import design_report
 from vibroimpact.plotting.report import PAGES
 
 EXAMPLE = (
-    "  vibroimpact design impact-damper/A --vary half_clearance=1:20 --vary restitution=0.3:0.9 "
-    "--over omega=0.4:0.6 --budget 500 --out design.svg --out report.html"
+    "  vibroimpact design impact-damper/A --bounds half_clearance=1:20 --bounds restitution=0.3:0.9 "
+    "--band omega=0.4:0.6 --budget 500 --out design.svg --out report.html"
 )
 JUDGED = ("points", "starts", "settle_periods", "periods")
 SEARCHED = ("budget", "refine", "seed", "workers", "store")
@@ -25,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_system(parser)
     group = parser.add_argument_group("design")
     text = "a parameter and its bounds; once for each parameter"
-    common.add_named(group, "--vary", common.RANGE, text, required=True)
+    common.add_named(group, "--bounds", common.RANGE, text, required=True)
     add_band(group, worst_over)
     group.add_argument(
         "--mean", action="store_true", help="judge by the mean over the band, not by the worst"
@@ -38,12 +38,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Search for the best machine."""
-    common.check_count(arguments.over, 1, common.RANGE)
-    case = common.case_of(arguments, arguments.over)
+    common.check_count("band", arguments.band, 1, common.RANGE)
+    case = common.case_of(arguments, arguments.band, "band")
     parameter, band = common.band_of(arguments)
     judge = mean_over if arguments.mean else worst_over
     objective = judge(parameter, band, **common.given(arguments, (*BAND, *JUDGED)))
-    best = optimise(case.system, arguments.vary, objective, **common.given(arguments, SEARCHED))
+    best = optimise(case.system, arguments.bounds, objective, **common.given(arguments, SEARCHED))
     common.check_interrupted(best)
     return Done([case.system, best], best, best.plot, lambda: _page(arguments, best))
 

@@ -39,7 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Compute the diagram."""
-    common.check_count(arguments.over, 1, common.GRID)
+    common.check_count("over", arguments.over, 1, common.GRID)
     case = common.case_of(arguments, arguments.over)
     start = ensemble.start_of(arguments, case)
     compute: Callable[..., xr.Dataset] = partial(

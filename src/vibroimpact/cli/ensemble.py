@@ -48,7 +48,7 @@ def add_members(
     )
     group.add_argument("--starts", type=int, metavar="COUNT", help="how many")
     group.add_argument("--seed", type=int, help="of the random numbers (default: 0)")
-    common.add_named(group, "--vary", RANGE, "a coordinate and its range; may be repeated")
+    common.add_named(group, "--bounds", RANGE, "a coordinate and its bounds; may be repeated")
     parser.set_defaults(grid={})
     if grid:
         text = "a grid of starts instead: a coordinate and its values; may be repeated"
@@ -84,24 +84,24 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
 def start_of(arguments: argparse.Namespace, case: Case) -> Start:
     """Start, or starts, of the members by the arguments."""
     base = common.start_of(arguments, case, arguments.over)
-    random, vary = common.given(arguments, ["starts", "seed"]), arguments.vary
+    random, bounds = common.given(arguments, ["starts", "seed"]), arguments.bounds
     known = names_of_state(len(base.position))
     if arguments.grid:
-        if random or vary:
-            raise InvalidParameterError("grid: excludes --starts, --seed and --vary.")
+        if random or bounds:
+            raise InvalidParameterError("grid: excludes --starts, --seed and --bounds.")
         common.check_names("grid", arguments.grid, known)
         return GridStarts(arguments.grid, base)
     if "starts" not in random:
-        if random or vary:
-            raise InvalidParameterError("seed, vary: are for random starts. Give --starts COUNT.")
+        if random or bounds:
+            raise InvalidParameterError("seed, bounds: are for random starts. Give --starts COUNT.")
         return base
-    if arguments.starts < 1 or not vary:
+    if arguments.starts < 1 or not bounds:
         raise InvalidParameterError(
-            f"starts = {arguments.starts}: must be >= 1, with --vary {RANGE}, a coordinate and "
-            "its range."
+            f"starts = {arguments.starts}: must be >= 1, with --bounds {RANGE}, a coordinate "
+            "and its bounds."
         )
-    common.check_names("vary", vary, known)
-    return RandomStarts(arguments.starts, arguments.seed or 0, vary, base)
+    common.check_names("bounds", bounds, known)
+    return RandomStarts(arguments.starts, arguments.seed or 0, bounds, base)
 
 
 def observed(arguments: argparse.Namespace) -> list[Observer]:

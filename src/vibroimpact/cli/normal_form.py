@@ -25,7 +25,7 @@ from vibroimpact.normal_forms import (
 )
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 
-EXAMPLE = "  vibroimpact normal-form impact-damper/A --range 0.9 1.2 --at NS1"
+EXAMPLE = "  vibroimpact normal-form impact-damper/A --bounds omega=0.9:1.2 --at NS1"
 COEFFICIENTS = ("nu", "a", "b", "c", "d", "e", "twist", "f1", "multiplier_slopes")
 OF_FORM = (*COEFFICIENTS[1:], "pitchfork", "supercritical", "attracting", "side", "warnings")
 BORN = {

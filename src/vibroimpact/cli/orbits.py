@@ -9,10 +9,10 @@ from vibroimpact.cli.output import Done
 from vibroimpact.orbits.search import find_orbits
 
 EXAMPLE = (
-    "  vibroimpact orbits impact-damper/A --omega 1.2 --cycles 2 --impacts 4 --starts 200 "
+    "  vibroimpact orbits impact-damper/A --omega 1.2 --most-cycles 2 --most-impacts 4 --starts 200 "
     "--out orbits.nc"
 )
-SEARCH = ("cycles", "impacts", "starts", "seed")
+SEARCH = ("most_cycles", "most_impacts", "starts", "seed")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

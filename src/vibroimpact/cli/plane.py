@@ -28,8 +28,8 @@ EXAMPLE = (
     "--variable lyapunov --out plane.png --out plane.nc"
 )
 MOST_PRINTED_MOTIONS = 8  # so many motions are printed at most
-LOOKS = ("variable", "most", "symbols")
-COUNTING = ("at", "tolerance")
+LOOKS = ("variable", "most_motions", "symbols")
+COUNTING = ("at", "same_within")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> Done:
     """Compute the motions, or count the attractors."""
     over = arguments.over
     if arguments.starts is None and not arguments.grid:
-        common.check_count(over, 2, common.GRID)
+        common.check_count("over", over, 2, common.GRID)
     case = common.case_of(arguments, over)
     start = ensemble.start_of(arguments, case)
     looks = common.given(arguments, LOOKS)
@@ -82,9 +82,13 @@ def _observed(arguments: argparse.Namespace) -> list[Observer]:
 
 
 def _counting(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Options for counting attractors; the observers are fixed."""
-    observe = {"observe": arguments.observe} if arguments.observe else {}
-    return observe | common.given(arguments, COUNTING)
+    """Options for counting attractors."""
+    if arguments.observe:
+        raise InvalidParameterError(
+            f"observe = {arguments.observe}: must be left out; the matching of attractors fixes the "
+            "observers. For others take vibroimpact sweep."
+        )
+    return common.given(arguments, COUNTING)
 
 
 def _counts(found: xr.Dataset) -> list[str]:

@@ -16,15 +16,15 @@ from vibroimpact.response.compare import measured_beside
 from vibroimpact.response.response import frequency_response
 
 EXAMPLE = (
-    "  vibroimpact response impact-damper/A --over omega=0.4:0.6 --measure x1 --compare linear "
+    "  vibroimpact response impact-damper/A --band omega=0.4:0.6 --measure x1 --compare linear "
     "--out response.svg --out report.html"
 )
 BAND = ("unit", "measure")
-SIMULATION = ("number", "seed", "settle_periods", "periods")
-SEARCH = ("most", "depth", "workers")
+SIMULATION = ("points", "seed", "settle_periods", "periods")
+SEARCH = ("most_branches", "depth", "workers")
 LOOKS = ("compare", "decibel")
 LEAST: dict[str, Any] = {
-    "number": 2, "starts": 0, "most": 0, "settle_periods": 0, "periods": 1, "progress": False,
+    "points": 2, "starts": 0, "most_branches": 0, "settle_periods": 0, "periods": 1, "progress": False,
 }  # fmt: skip
 
 
@@ -46,18 +46,18 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def add_band(parser: argparse._ActionsContainer, function: Callable[..., Any]) -> None:
     """Add what varies while a machine runs, its band, and what a function measures over it."""
     text = "the parameter, usually omega, and its band, in --unit where it is given"
-    common.add_named(parser, "--over", common.RANGE, text, required=True)
+    common.add_named(parser, "--band", common.RANGE, text, required=True)
     common.add_arguments_of(parser, function, BAND)
 
 
 def run(arguments: argparse.Namespace) -> Done:
     """Compute the response."""
-    common.check_count(arguments.over, 1, common.RANGE)
-    case = common.case_of(arguments, arguments.over)
-    parameter, band = common.band_of(arguments)
-    chosen = {"parameter": parameter, "band": band, **common.given(arguments, BAND)}
+    common.check_count("band", arguments.band, 1, common.RANGE)
+    case = common.case_of(arguments, arguments.band, "band")
+    parameter, bounds = common.band_of(arguments)
+    chosen = {"parameter": parameter, "bounds": bounds, **common.given(arguments, BAND)}
     if common.given(arguments, common.START) or case.start:
-        chosen["start"] = common.start_of(arguments, case, arguments.over)
+        chosen["start"] = common.start_of(arguments, case, arguments.band)
     few = frequency_response(case.system, **chosen, **LEAST)
     drawn = common.given(arguments, LOOKS)
     for one in drawn.get("compare", ()):  # refuses a linear machine that does not exist

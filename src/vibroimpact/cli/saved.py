@@ -23,7 +23,7 @@ Found = TypeVar("Found")
 
 
 class Request(NamedTuple):
-    """The curve with its point, both ranges, and what draws curves in these ranges or over a plane."""
+    """The curve with its point, both bounds, and what draws curves in these bounds or over a plane."""
 
     curve: BifurcationCurve
     point: BifurcationPoint
@@ -32,14 +32,14 @@ class Request(NamedTuple):
 
 
 def add_point(parser: argparse.ArgumentParser, example: str) -> None:
-    """Add the options for the curve, the point, the ranges, and what is written."""
+    """Add the options for the curve, the point, the bounds, and what is written."""
     parser.add_argument("curve", metavar="CURVE.nc", help="a curve that vibroimpact curve wrote")
     parser.add_argument(
         "--at", required=True, metavar="POINT", help=f"the point of the curve: {example}"
     )
     common.add_named(
-        parser, "--over", common.RANGE,
-        "a parameter of the curve and its range; may be given for both (default: the ranges of the "
+        parser, "--bounds", common.RANGE,
+        "a parameter of the curve and its bounds; may be given for both (default: the bounds of the "
         "curve). The smaller they are, the sooner the result is there",
     )  # fmt: skip
     add_behind(parser)
@@ -48,11 +48,11 @@ def add_point(parser: argparse.ArgumentParser, example: str) -> None:
 
 def request_of(arguments: argparse.Namespace) -> Request:
     """Request of a command, checked before anything is computed."""
-    curve, over = load(arguments.curve), arguments.over
+    curve, bounds = load(arguments.curve), arguments.bounds
     check_kind("curve", curve, BifurcationCurve, "a file that vibroimpact curve wrote")
     check_choice("at", arguments.at, [point.label for point in curve.special_points])
-    common.check_names("over", over, curve.names)
-    known = dict(zip(curve.names, curve.bounds, strict=True)) | over
+    common.check_names("bounds", bounds, curve.names)
+    known = dict(zip(curve.names, curve.bounds, strict=True)) | bounds
     first, second = (known[name] for name in curve.names)
     behind = plane_behind(arguments, curve.names)
 

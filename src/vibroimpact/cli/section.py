@@ -11,7 +11,7 @@ from vibroimpact.simulation.sections import section
 from vibroimpact.simulation.simulate import RunEnd
 
 EXAMPLE = "  vibroimpact section impact-damper/A --omega 1.0 --perturb 1e-3 --out circle.svg"
-POINT_ARGUMENTS = ("at", "points", "settle")
+POINT_ARGUMENTS = ("at", "points", "settle_events")
 AXIS_ARGUMENTS = ("x", "y")
 
 

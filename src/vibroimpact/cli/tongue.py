@@ -11,7 +11,7 @@ from vibroimpact.cli import common, saved
 from vibroimpact.cli.output import Done
 
 EXAMPLE = (
-    "  vibroimpact tongue curve.nc --at 2/9_1 --over omega=0.81:0.83 --over half_clearance=7.7:7.8 "
+    "  vibroimpact tongue curve.nc --at 2/9_1 --bounds omega=0.81:0.83 --bounds half_clearance=7.7:7.8 "
     "--out side.nc --out tongue.svg"
 )
 # Widths are told at these shares of the way from the tip to where a side ends or turns.
@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> Done:
     common.check_interrupted(*found.sides)
     if all(len(side) < FEWEST_SIDE_POINTS for side in found.sides):
         raise common.Failure(
-            f"{found.tip.label}: the sides were found, but cannot be followed. Give other ranges --over."
+            f"{found.tip.label}: the sides were found, but cannot be followed. Give other --bounds."
         )
     p, q = found.resonance
     said = [f"Tongue {p}/{q} from {found.tip!r}", *found.sides, *_widths(found)]

@@ -23,15 +23,16 @@ from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Vector
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Integers
 from vibroimpact._core.windows import Windows
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
-from vibroimpact.compile.modes import Guard, Mode, Watch
+from vibroimpact.compile.modes import Guard, Mode, Watch, closed_from_code
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
 from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
 from vibroimpact.model.mechanism import Mechanism, held_last, needs_elements, with_mass
 from vibroimpact.model.parameters import expanded
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 
 COASTING_STOP = -1  # a segment that ends without an impact has it as the number of its stop
@@ -41,7 +42,10 @@ PROPORTIONAL_RELATIVE = 1e-12
 WINDOW_RADIANS = 6.0  # a window is so many radians of the fastest rate long
 # With so many Chebyshev nodes the series of a flight over a window has fallen below 2^-53.
 WINDOW_NODES = 25
-GAP_WATCH = -1  # the gap of a rigid stop has this number in place of that of a watch
+# Guards of rigid stops have these numbers in place of that of a watch.
+GAP_WATCH = -1  # the gap of an open one
+FORCE_WATCH = -2  # the force on a closed one
+CHATTER_WATCH = -3  # the end of chatter
 
 
 class End(NamedTuple):
@@ -54,7 +58,9 @@ class End(NamedTuple):
     mode
         Code of the mode (compile/piecewise.py); 0: no contact closed, every element in its state 0.
     watch
-        Number of the guard among the watches of the mode; GAP_WATCH for a rigid stop.
+        Number of the guard among the watches of the mode. Of rigid stops, GAP_WATCH for the gap;
+        FORCE_WATCH for the force of a closed one, whose lower limit is 0, so that ``side`` is -1; and
+        CHATTER_WATCH for the end of chatter, with which rest begins.
     """
 
     contact: int
@@ -81,8 +87,8 @@ class Numbers:
     Attributes
     ----------
     forgotten
-        Number of directions in which states of the mode are no longer free: joints that stick, and
-        sliders that slip.
+        Number of directions in which states of the mode are no longer free: joints that stick,
+        sliders that slip, and of rigid stops that are closed the place and the speed.
     speeds
         Velocities of the massless coordinates, rows on y with 1 in place of them, shape (light, D).
     light
@@ -125,6 +131,28 @@ class Linearised(NamedTuple):
     rate_after: Floats
     after_by: Floats  # (m, 2n + 1, 2n + 3)
     gap_by: Floats  # (m, 2n + 3)
+
+
+class Explicit(NamedTuple):
+    """Segments with those of chatter replaced by the flights between their impacts.
+
+    Attributes
+    ----------
+    states, durations, ends
+        As those of segments; the last flight of chatter has its end.
+    states_by, durations_by
+        Derivatives along a direction of the segments and the parameter.
+    segment, since
+        Segment of each flight, and the time since its start.
+    """
+
+    states: Floats
+    durations: Floats
+    ends: list[End]
+    states_by: Floats
+    durations_by: Floats
+    segment: Integers
+    since: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,9 +253,53 @@ class Prescribed:
             _contiguous(states), _contiguous(durations), numbers, _contiguous(along)
         )
 
+    def explicit(
+        self,
+        states: Floats,
+        durations: Floats,
+        ends: Sequence[End],
+        by: tuple[Floats, Floats, float] | None = None,
+    ) -> Explicit:
+        """Segments with the impacts of chatter.
+
+        Parameters
+        ----------
+        states, durations, ends
+            As for :meth:`linearise`.
+        by
+            Direction of the states, the flight times and the parameter; none by default.
+        """
+        states_by, durations_by, p_by = by or (np.zeros_like(states), np.zeros_like(durations), 0.0)
+        count = len(durations)
+        if not any(end.watch == CHATTER_WATCH for end in ends):
+            numbers = np.arange(count)
+            return Explicit(
+                states, durations, [*ends], states_by, durations_by, numbers, np.zeros(count)
+            )
+        parts, named, lengths = [], [], []
+        for k, end in enumerate(ends):
+            if end.watch == CHATTER_WATCH:
+                direction = np.append(states_by[k], p_by)
+                part = self.kernel.chatter(_contiguous(states[k]), direction, self.ends[end])
+            else:
+                part = (
+                    states[k : k + 1],
+                    durations[k : k + 1],
+                    states_by[k : k + 1],
+                    durations_by[k : k + 1],
+                )
+            parts.append(part)
+            lengths.append(len(part[1]))
+            named += [end._replace(watch=GAP_WATCH)] * (lengths[-1] - 1) + [end]
+        every, times, every_by, times_by = (np.concatenate(x) for x in zip(*parts, strict=True))
+        since = np.concatenate([np.append(0.0, np.cumsum(part[1][:-1])) for part in parts])
+        segment = np.repeat(np.arange(count), lengths)
+        return Explicit(every, times, named, every_by, times_by, segment, since)
+
     def guard(self, end: tuple[int, ...]) -> GuardRow:
-        """The guard at whose limit a flight ends."""
+        """The guard at whose limit a flight ends; of chatter, the gap."""
         contact, _, code, watch = End(*end)
+        watch = GAP_WATCH if watch == CHATTER_WATCH else watch
         guards = self.modes[code].guards
         return next(g for g in guards if (g.contact, g.watch) == (contact, watch))
 
@@ -292,6 +364,10 @@ class Prescribed:
         """(x, v, theta) after a time of flight in a mode, shape (2n + 1,)."""
         inside = self._fly(_contiguous(state)[None, :], [mode], [1], np.array([time]), 1.0)[0, 0]
         return np.append(inside, state[-1] + self.omega * time)
+
+    def step(self, mode: int) -> float:
+        """Time over which Taylor series of the flights in a mode converge at once."""
+        return STEP_ANGLE / self.modes[mode].fastest(2 * self.degrees)
 
     def window(self, durations: Floats) -> float:
         """Length of the windows on which flights are expanded; free masses have no fastest rate."""
@@ -364,8 +440,9 @@ class _Ends:
     def __init__(self, pieces: Piecewise) -> None:
         self.pieces = pieces
         self.known: dict[End, int] = {}
-        self.laws: list[tuple[Floats, Floats, Floats, Floats, Floats, int]] = []
+        self.laws: list[tuple[Floats, Floats, Floats, Floats, Floats, int, bool]] = []
         self.still = _array([0.0] * pieces.size)
+        self.no_push: Push = self.still, (0.0, 0.0), self.still
         self.pushes: list[Push] = [
             (
                 _array([x / law.mobilities[i] for x in law.impulse]),
@@ -378,8 +455,8 @@ class _Ends:
     def of(self, mode: Mode, number: int) -> Iterator[GuardRow]:
         """Guards of a mode with this number in the kernel, whose limits are kept."""
         for i, guard in enumerate(mode.guards):
-            if not guard.side:
-                yield self._keep(End(i, 0, mode.code), guard, self.pushes[i], number)
+            kind, push = (FORCE_WATCH, self.no_push) if guard.side else (GAP_WATCH, self.pushes[i])
+            yield self._keep(End(i, 0, mode.code, kind), guard, push, number)
         contacts = len(mode.guards)
         for j, watch in enumerate(mode.watches):
             if not watch.held:
@@ -387,14 +464,28 @@ class _Ends:
                 kick = _array(self.pieces.resets[reset][1]) if reset >= 0 else self.still
                 yield self._keep(name, watch, (self.still, (0.0, 0.0), kick), number)
 
+    def add_chatter(self, mode: Mode, resting: set[Stop]) -> None:
+        """Ends of chatter in a mode, at stops that are rested on in others."""
+        for contact, side in resting:
+            end = End(contact, side, mode.code)
+            if end in self.known:
+                self.known[end._replace(watch=CHATTER_WATCH)] = len(self.laws)
+                self.laws.append((*self.laws[self.known[end]][:-1], True))
+
     def forgotten(self, mode: Mode) -> int:
         """Number of joints that stick in a mode, and of sliders whose place a balance of forces gives.
 
-        Left out are joints that others hold already.
+        Left out are joints that others hold already. A stop that is closed gives two, place and speed; one
+        on coordinates without mass, whose speeds are no states, one.
         """
         elements, sliders = self.pieces.mechanism.switching, self.pieces.sliders
         states = states_from_code(mode.code, len(mode.guards), len(elements))
-        return sum(
+        closed = sum(
+            2 if any(stop.row[i] for i in self.pieces.heavy) else 1
+            for stop, guard in zip(self.pieces.mechanism.rigid_stops, mode.guards, strict=True)
+            if guard.side
+        )
+        return closed + sum(
             watch.held and (i in sliders or states[i] == elements[i].holding)
             for watch in mode.watches
             for i in [watch.element]
@@ -407,7 +498,8 @@ class _Ends:
             if not is_infinite(limit):
                 self.known[name._replace(side=side)] = len(self.laws)
                 place = _array([limit - of.gain])
-                self.laws.append((rows, place, impulse, _array([restitution]), kick, number))
+                law = rows, place, impulse, _array([restitution]), kick, number, False
+                self.laws.append(law)
         return GuardRow(name.contact, name.watch, rows[0], _value(of.gain), *map(_value, limits))
 
 
@@ -509,11 +601,14 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     _check_order(m, parameter)
     pieces = Piecewise(m)
     ends, modes, flows = _Ends(pieces), {}, []
+    contacts = len(m.rigid_stops)
+    resting = {stop for code in codes for stop in closed_from_code(code % 3**contacts, contacts)}
     for number, code in enumerate(codes):
         mode = pieces.mode(code)
         flow = cast(Any, mode.coordinates.flow)
         b, constant = _array(flow["b"]), _array(flow["constant"])
         guards, speeds = tuple(ends.of(mode, number)), _speeds(pieces, mode)
+        ends.add_chatter(mode, resting)
         modes[code] = Numbers(
             b[0], constant[0], guards, ends.forgotten(mode), speeds, tuple(pieces.light)
         )

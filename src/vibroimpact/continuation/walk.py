@@ -58,7 +58,7 @@ BeginRule = Callable[[], StopRule]
 class Steps:
     """Step lengths and tolerances of a continuation; lengths in scaled arclength.
 
-    Attributes
+    Parameters
     ----------
     first
         Length of the first panel tried.

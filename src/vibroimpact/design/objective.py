@@ -68,7 +68,7 @@ class Objective:
     ----------
     kind
         "worst" or "mean".
-    parameter, band, unit
+    parameter, bounds, unit
         What varies while the machine runs, usually the forcing frequency.
     measure
         A measure or its name.
@@ -84,7 +84,7 @@ class Objective:
 
     kind: Kind
     parameter: str
-    band: tuple[float, float]
+    bounds: tuple[float, float]
     measure: Measure | str
     points: int = 24
     starts: int = 4
@@ -103,13 +103,13 @@ class Objective:
 
 def worst_over(
     parameter: str,
-    band: tuple[float, float],
+    bounds: tuple[float, float],
     measure: Measure | str = "x1",
     *,
     points: int = 24,
     starts: int = 4,
     seed: int = 0,
-    settle_periods: float = 150,
+    settle_periods: float = 250,
     periods: float = 50,
     unit: Unit = "",
     spread: Spread | None = None,
@@ -119,7 +119,7 @@ def worst_over(
 
     Parameters
     ----------
-    parameter, band
+    parameter, bounds
         Usually the forcing frequency, and (low, high) of it, both ends included.
     measure
         A measure or its name, as for :func:`~vibroimpact.frequency_response`: "x1", "rms v1", ...
@@ -159,19 +159,19 @@ def worst_over(
     >>> vi.worst_over("omega", (0.8, 1.2), "x1", spread={"restitution": (0.5, 0.7)}).points
     24
     """
-    return _objective("worst", parameter, band, measure, points, starts, seed, settle_periods, periods,
+    return _objective("worst", parameter, bounds, measure, points, starts, seed, settle_periods, periods,
                       unit, spread, aim)  # fmt: skip
 
 
 def mean_over(
     parameter: str,
-    band: tuple[float, float],
+    bounds: tuple[float, float],
     measure: Measure | str = "x1",
     *,
     points: int = 24,
     starts: int = 4,
     seed: int = 0,
-    settle_periods: float = 150,
+    settle_periods: float = 250,
     periods: float = 50,
     unit: Unit = "",
     spread: Spread | None = None,
@@ -181,7 +181,7 @@ def mean_over(
 
     Parameters
     ----------
-    parameter, band, measure, points, starts, seed, settle_periods, periods, unit, spread, aim
+    parameter, bounds, measure, points, starts, seed, settle_periods, periods, unit, spread, aim
         As for :func:`worst_over`.
 
     Returns
@@ -196,12 +196,12 @@ def mean_over(
     >>> vi.mean_over("omega", (6.0, 10.0), "power", unit="Hz", aim="large").kind
     'mean'
     """
-    return _objective("mean", parameter, band, measure, points, starts, seed, settle_periods, periods,
+    return _objective("mean", parameter, bounds, measure, points, starts, seed, settle_periods, periods,
                       unit, spread, aim)  # fmt: skip
 
 
 def _objective(
-    kind: Kind, parameter: str, band: tuple[float, float], measure: Measure | str, points: int,
+    kind: Kind, parameter: str, bounds: tuple[float, float], measure: Measure | str, points: int,
     starts: int, seed: int, settle_periods: float, periods: float, unit: Unit, spread: Spread | None,
     aim: Aim,
 ) -> Objective:  # fmt: skip
@@ -213,7 +213,7 @@ def _objective(
     check_count("starts", starts, 1)
     check_count("seed", seed, 0, LARGEST_SEED)
     return Objective(
-        kind, parameter, ends_of("band", band), measure, int(points), int(starts), int(seed),
+        kind, parameter, ends_of("bounds", bounds), measure, int(points), int(starts), int(seed),
         nonnegative("settle_periods", settle_periods), positive("periods", periods), unit, _spread(spread), aim,
     )  # fmt: skip
 
@@ -450,7 +450,7 @@ class Judge:
     ) -> tuple[Population, xr.Dataset, list[Floats]]:
         """The population of these machines, its members, and each judge's measure: (k, starts)."""
         population, o = self._population(table), self.objective
-        measures = [measure_of(judge.objective.measure, population) for judge in judges]
+        measures = [measure_of(population, judge.objective.measure) for judge in judges]
         observers = [
             one for measure in measures for one in measure.observers if not isinstance(one, Final)
         ]
@@ -485,16 +485,16 @@ def judge_of(
         A band or a measure that the machine does not have; a parameter that is named twice.
     """
     check_kind("objective", objective, Objective, "one of vi.worst_over or vi.mean_over")
-    band = band_of(system, objective.parameter, objective.band, objective.unit)
+    band = band_of(system, objective.parameter, objective.bounds, objective.unit)
     if band.parameter in names:
         raise InvalidParameterError(
-            f"vary = {band.parameter}: is what the band of the objective varies. Leave it out."
+            f"bounds[{band.parameter!r}]: is what the band of the objective varies. Leave it out."
         )
     if not mechanism_of(system).forces:
         raise InvalidParameterError("system: has no forcing, so it does not settle on a motion.")
     _check_spread(system, objective, names, band)
     first = with_parameters(system, {band.parameter: band.low})
-    measure = measure_of(objective.measure, first)
+    measure = measure_of(first, objective.measure)
     base = rest_of(first)
     sampled = [
         with_parameters(system, {band.parameter: v}) for v in band.values(SAMPLED_MACHINES).tolist()

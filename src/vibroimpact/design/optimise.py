@@ -313,8 +313,8 @@ class Design(Result):
         """Compute the frequency response of the best machine over the band of the objective, as a report shows it."""
         seen = self.search.judges[0].objective
         return frequency_response(
-            self.system, seen.parameter, seen.band, measure=seen.measure, unit=seen.unit,
-            seed=seen.seed, number=REPORT_VALUES, starts=REPORT_STARTS, most=REPORT_BRANCHES,
+            self.system, seen.parameter, seen.bounds, measure=seen.measure, unit=seen.unit,
+            seed=seen.seed, points=REPORT_VALUES, starts=REPORT_STARTS, most_branches=REPORT_BRANCHES,
             progress=progress,
         )  # fmt: skip
 
@@ -358,7 +358,7 @@ def label_of(judge: Judge) -> str:
 
 def optimise(
     system: System,
-    vary: Mapping[str, tuple[float, float]],
+    bounds: Mapping[str, tuple[float, float]],
     objective: Objective,
     *,
     constraints: Constraint | Sequence[Constraint] = (),
@@ -376,7 +376,7 @@ def optimise(
     system
         A forced machine: a :class:`~vibroimpact.Mechanism`, a :class:`~vibroimpact.Family`, or
         anything with a ``mechanism``. The parameters that do not vary are its own.
-    vary
+    bounds
         (low, high) by name of a parameter.
     objective
         :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
@@ -435,7 +435,7 @@ def optimise(
     >>> 5.0 < best.parameters["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True
     """
-    variables = variables_of(system, vary)
+    variables = variables_of(system, bounds)
     judge = judge_of(system, objective, variables.names, workers)
     for name, value, least in (("budget", budget, 2 * FEWEST_MACHINES), ("seed", seed, 0)):
         check_count(name, value, least)

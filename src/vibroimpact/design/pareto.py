@@ -79,10 +79,10 @@ class ParetoFront(Result):
     def __len__(self) -> int:
         return len(self.table)
 
-    def machine(self, number: int) -> System:
+    def machine(self, index: int) -> System:
         """The machine of a number on the front."""
-        check_index("number", number, len(self))
-        row = self.table[number].tolist()
+        check_index("index", index, len(self))
+        row = self.table[index].tolist()
         return with_parameters(self.system, dict(zip(self.names, row, strict=True)))
 
     @property
@@ -114,7 +114,7 @@ class ParetoFront(Result):
 
 def pareto_front(
     system: System,
-    vary: Mapping[str, tuple[float, float]],
+    bounds: Mapping[str, tuple[float, float]],
     objectives: Sequence[Objective],
     *,
     constraints: Constraint | Sequence[Constraint] = (),
@@ -128,7 +128,7 @@ def pareto_front(
 
     Parameters
     ----------
-    system, vary, constraints, seed, workers
+    system, bounds, constraints, seed, workers
         As for :func:`~vibroimpact.optimise`.
     objectives
         Two of :func:`~vibroimpact.worst_over` and :func:`~vibroimpact.mean_over`. Where they differ in
@@ -163,7 +163,7 @@ def pareto_front(
     >>> bool((front.values[1:, 1] < front.values[:-1, 1]).all())
     True
     """
-    variables = variables_of(system, vary)
+    variables = variables_of(system, bounds)
     judges = _judges(system, objectives, variables.names, workers)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("budget", budget, 2 * GENERATION_MACHINES)

@@ -43,7 +43,7 @@ class Variables(NamedTuple):
     high: Floats
 
 
-def variables_of(system: System, vary: Any) -> Variables:
+def variables_of(system: System, bounds: Any) -> Variables:
     """Check what varies: parameters of the system, and bounds that it admits.
 
     Raises
@@ -51,22 +51,22 @@ def variables_of(system: System, vary: Any) -> Variables:
     InvalidParameterError
         Nothing, an unknown parameter, bounds that are reversed or that the system refuses.
     """
-    if not isinstance(vary, Mapping) or not vary:
-        raise refusal("vary", vary, "a dictionary from names of parameters to (low, high)")
-    bounds = []
-    for name, pair in vary.items():
+    if not isinstance(bounds, Mapping) or not bounds:
+        raise refusal("bounds", bounds, "a dictionary from names of parameters to (low, high)")
+    ends = []
+    for name, pair in bounds.items():
         parameter_value(system, name)
-        bounds.append(ends_of(f"vary[{name!r}]", pair))
-    for corner in itertools.product(*bounds):
-        values = dict(zip(vary, corner, strict=True))
+        ends.append(ends_of(f"bounds[{name!r}]", pair))
+    for corner in itertools.product(*ends):
+        values = dict(zip(bounds, corner, strict=True))
         try:
             mechanism_of(with_parameters(system, values))
         except InvalidParameterError as error:
             text = str(error)
             named = with_values(text, values) if isinstance(system, Mechanism) else text
-            raise InvalidParameterError(f"vary: {named}") from error
-    low, high = np.array(bounds).T
-    return Variables(tuple(vary), low, high)
+            raise InvalidParameterError(f"bounds: {named}") from error
+    low, high = np.array(ends).T
+    return Variables(tuple(bounds), low, high)
 
 
 @dataclass(eq=False)

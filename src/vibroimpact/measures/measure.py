@@ -199,7 +199,7 @@ class Measure(ABC):
     def _bound(self) -> Mechanism:
         if self.system is None:
             raise InvalidParameterError(
-                "observers: depend on the system. Bind the measure: vi.measure_of(measure, system)."
+                "observers: depend on the system. Bind the measure: vi.measure_of(system, measure)."
             )
         return mechanism_of(self.system)
 
@@ -838,17 +838,17 @@ PLAIN: dict[str, Callable[[], Measure]] = {
 }
 
 
-def measure_of(what: Measure | str, system: System) -> Measure:
+def measure_of(system: System, measure: Measure | str) -> Measure:
     """Return a measure for a system, from a measure or its name.
 
     Parameters
     ----------
-    what
+    system
+        The system.
+    measure
         A measure, as ``vi.measures.Amplitude("x1")``; or text: "x1", "v1", "a1" or "x2 - x1" for an
         amplitude, "peak x1", "rms v1", "harmonic 3 x1", "transmissibility x1", "power", "power 0",
         "power of dashpots", "contact force 0", "impulse", "impact speed", "impact rate".
-    system
-        The system.
 
     Raises
     ------
@@ -861,17 +861,19 @@ def measure_of(what: Measure | str, system: System) -> Measure:
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
     >>> orbit = vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0)))
-    >>> round(vi.measure_of("x1", damper).of_orbit(orbit), 6)
+    >>> round(vi.measure_of(damper, "x1").of_orbit(orbit), 6)
     0.497832
     """
     mechanism = mechanism_of(system)
-    if isinstance(what, str):
-        what = _named(what)
-    elif isinstance(what, type) and issubclass(what, Measure):
-        raise refusal("measure", what, f"a measure with its arguments, such as {what.__name__}()")
-    check_kind("measure", what, Measure, "a measure or its name, such as 'x1' or 'rms v1'")
-    what._check(mechanism)
-    return replace(what, system=system)
+    if isinstance(measure, str):
+        measure = _named(measure)
+    elif isinstance(measure, type) and issubclass(measure, Measure):
+        raise refusal(
+            "measure", measure, f"a measure with its arguments, such as {measure.__name__}()"
+        )
+    check_kind("measure", measure, Measure, "a measure or its name, such as 'x1' or 'rms v1'")
+    measure._check(mechanism)
+    return replace(measure, system=system)
 
 
 def _named(text: str) -> Measure:
@@ -957,7 +959,7 @@ def _system_of(members: xr.Dataset) -> System:
     if system is None:
         raise InvalidParameterError(
             f"members: {members.attrs.get('system', 'its system')} is code, which no dataset holds. "
-            "Bind the measure to it: vi.measure_of(measure, system)."
+            "Bind the measure to it: vi.measure_of(system, measure)."
         )
     return system
 

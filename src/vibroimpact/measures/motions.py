@@ -10,6 +10,7 @@ import numpy as np
 from vibroimpact._core.checks import refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
+from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, compile_prescribed
 from vibroimpact.measures.flights import Flights, Struck, rows_of
 from vibroimpact.measures.linear import FreeMotion
 from vibroimpact.model.parameters import parameter_value
@@ -49,17 +50,24 @@ def _of_orbit(orbit: Orbit, parameter: str) -> Flights:
     if parameter:
         states_by, durations_by = _variation(orbit, parameter)
     signature = orbit.signature
-    codes = tuple(end.mode for end in signature.ends)
+    compiled = compile_prescribed(orbit.system, parameter, orbit.problem.codes)
+    by = states_by, durations_by, float(bool(parameter))
+    parts = compiled.explicit(states, durations, signature.ends, by)
+    states, durations, ends, states_by, durations_by, whole, _ = parts
+    codes = tuple(end.mode for end in ends)
+    within = np.array([end.watch == GAP_WATCH for end in ends])
+    within &= np.array([end.watch == CHATTER_WATCH for end in signature.ends])[whole]
     if signature.symmetric:
         turn = math.pi * signature.cycles
         states = np.vstack([states, mirrored(states, turn)])
         states_by = np.vstack([states_by, mirrored(states_by, 0.0)])
         durations, durations_by = np.tile(durations, 2), np.tile(durations_by, 2)
         codes *= 2
-    met = np.roll(impacting(orbit.mechanism, signature), -1)
+        whole, within = np.arange(len(durations)), np.tile(within, 2)
+    met = np.roll(impacting(orbit.mechanism, signature), -1)[whole] | within
     stops = [*signature.impacts[1:], signature.impacts[0]]
     numbers = np.flatnonzero(met)
-    struck = Struck(numbers, [stops[k] for k in numbers])
+    struck = Struck(numbers, [stops[whole[k]] for k in numbers])
     rows = rows_of(orbit.system, parameter)
     return Flights(rows, states, durations, codes, struck, states_by, durations_by)
 

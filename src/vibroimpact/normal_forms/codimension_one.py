@@ -55,7 +55,7 @@ NS = PointKind(
 ONE = by_label((SN, PD, NS, BP))
 
 
-def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalForm | Refusal:
+def normal_form(kind: str, forms: Forms, *, unfolded: bool = True) -> NormalForm | Refusal:
     """Compute the normal form of a map at a bifurcation of codimension one.
 
     Parameters
@@ -68,7 +68,7 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
         Derivatives of the map at its fixed point, at the critical parameter. For a symmetric orbit
         those of the half map; with P = H^2, d of P is twice d of H, conjugated where the angle of
         nu is above 90 degrees.
-    parameter
+    unfolded
         Whether the forms take the parameter's direction. False gives the coefficient alone, without
         the side, the size and the shape of the new solutions. A branch point with multiplier +1
         needs it.
@@ -82,7 +82,7 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
     Raises
     ------
     InvalidParameterError
-        An unknown kind; ``parameter`` False at a branch point with multiplier +1.
+        An unknown kind; ``unfolded`` False at a branch point with multiplier +1.
 
     Notes
     -----
@@ -97,7 +97,7 @@ def normal_form(kind: str, forms: Forms, *, parameter: bool = True) -> NormalFor
     (True, 1, array([0.01, 0.01]))
     """
     check_forms(forms)
-    check_flag("parameter", parameter)
+    check_flag("unfolded", unfolded)
     check_choice("kind", kind, ONE)
-    found: NormalForm | Refusal = ONE[kind].normal_form(ONE[kind], forms, parameter=parameter)  # type: ignore[misc]
+    found: NormalForm | Refusal = ONE[kind].normal_form(ONE[kind], forms, parameter=unfolded)  # type: ignore[misc]
     return found

@@ -281,14 +281,14 @@ class ExplicitMap:
             return self._failed(FixedPointStatus.NOT_CONVERGED, x, p, steps)
         return self.point(x, p, steps)
 
-    def point(self, x: ArrayLike, p: Values, steps: int = 0) -> FixedPoint:
+    def point(self, x: ArrayLike, p: Values, iterates: int = 0) -> FixedPoint:
         """Return the fixed point at x, which is taken as it is given."""
         x, values = self._place(x, p)
         given = self._given(values.tolist())
         nus = np.linalg.eigvals(self.linearised(x, given)[0]).astype(np.complex128)
         nus = nus[np.argsort(-np.abs(nus), kind="stable")]
         residual = float(np.max(np.abs(self.residual(x, given))))
-        return FixedPoint(FixedPointStatus.CONVERGED, "", x, given, residual, steps, nus)
+        return FixedPoint(FixedPointStatus.CONVERGED, "", x, given, residual, iterates, nus)
 
     def residual(self, z: Floats, p: Values) -> Floats:
         """F(z, p) - z, shape (d,)."""

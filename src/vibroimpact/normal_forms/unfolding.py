@@ -29,7 +29,7 @@ def given(name: str, part: Part | None) -> Part:
     if part is None:
         raise InvalidParameterError(
             f"{name} = None: this normal form was computed without the parameter. "
-            "Compute it with parameter=True."
+            "Compute it with unfolded=True."
         )
     return part
 

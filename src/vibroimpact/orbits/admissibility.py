@@ -33,9 +33,12 @@ from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
 from vibroimpact.compile.prescribed import (
+    CHATTER_WATCH,
+    FORCE_WATCH,
     GAP_WATCH,
     WINDOW_NODES,
     End,
+    Explicit,
     GuardRow,
     Linearised,
     Prescribed,
@@ -85,7 +88,9 @@ class Nearest(NamedTuple):
         limit = "upper" if self.side > 0 else "lower"
         gap = f"the gap at {Stop(self.contact, self.side).words}"
         margin = (
-            f"the margin to the {limit} limit of guard {self.watch}, of element {self.contact},"
+            f"the force on contact {self.contact}, which rests on its stop,"
+            if self.watch == FORCE_WATCH
+            else f"the margin to the {limit} limit of guard {self.watch}, of element {self.contact},"
         )
         return (
             f"{gap if self.watch == GAP_WATCH else margin} is {self.gap:.6g} in flight "
@@ -99,6 +104,7 @@ class _Flights(NamedTuple):
     windows: Windows
     values: Floats  # (w, WINDOW_NODES, D) coordinates y
     impacts: Integers  # (m, 2, 2) contact and side of the impacts at the start and the end
+    released: Flags  # (m,) whether a contact that rested is released at the start
 
     def within(self, segments: Integers) -> _Flights:
         """Return the flights of some segments, which keep their numbers."""
@@ -116,18 +122,36 @@ def least_gaps(
     """Nearest approach to each limit of each guard in each flight.
 
     Considered are the extrema of the gaps within the flights, and the ends where another contact
-    impacts. ``begun[k]`` begins flight k, ``ends[k]`` ends it.
+    impacts. ``begun[k]`` begins flight k, ``ends[k]`` ends it. In chatter that of the stop that chatters is
+    left out.
     """
     least: dict[Place, Nearest] = {}
-    modes = np.array([End(*end).mode for end in ends])
-    every = _windows(compiled, states, durations, ends, begun)
+    whole = [End(*end) for end in ends]
+    parts = compiled.explicit(states, durations, whole)
+    chattering = np.array([end.contact if end.watch == CHATTER_WATCH else -1 for end in whole])[
+        parts.segment
+    ]
+    begins = np.diff(parts.segment, prepend=-1) > 0
+    before = [
+        begun[k] if first else Stop(int(chattering[i]), 1)
+        for i, (k, first) in enumerate(zip(parts.segment, begins, strict=True))
+    ]
+    modes = np.array([end.mode for end in parts.ends])
+    follows = [whole[k - 1].watch == FORCE_WATCH for k in parts.segment]
+    every = _windows(compiled, parts, before, begins & np.array(follows))
     for code in dict.fromkeys(modes.tolist()):
         segments = np.flatnonzero(modes == code)
         flights = every if len(compiled.modes) == 1 else every.within(segments)
         for guard in compiled.modes[code].guards:
             if is_infinite(guard.lower) and is_infinite(guard.upper):
                 continue  # its gap is constant
-            for here in _gaps(compiled, flights, code, guard, segments):
+            for near in _gaps(compiled, flights, code, guard, segments):
+                k = near.segment
+                if guard.watch == GAP_WATCH and chattering[k] == guard.contact:
+                    continue
+                here = near._replace(
+                    segment=int(parts.segment[k]), time=near.time + float(parts.since[k])
+                )
                 least[here.place] = min(here, least.get(here.place, here))
     return least
 
@@ -148,20 +172,17 @@ def amplitudes(
 
 
 def _windows(
-    compiled: Prescribed,
-    states: Floats,
-    durations: Floats,
-    ends: Sequence[tuple[int, ...]],
-    begun: Sequence[Stop],
+    compiled: Prescribed, parts: Explicit, begun: Sequence[Stop], released: Flags
 ) -> _Flights:
-    named = [End(*end) for end in ends]
-    windows, values = compiled.flights(states, durations, [end.mode for end in named])
+    modes = [end.mode for end in parts.ends]
+    windows, values = compiled.flights(parts.states, parts.durations, modes)
     since = windows.start[:, None] + (1.0 + nodes(WINDOW_NODES)) * (windows.length / 2.0)
-    phase = states[windows.segment, -1][:, None] + compiled.omega * since
+    phase = parts.states[windows.segment, -1][:, None] + compiled.omega * since
     return _Flights(
         windows=windows,
         values=compiled.embedded(values, phase),
-        impacts=np.stack([np.array(begun), np.array([end[:2] for end in named])], axis=1),
+        impacts=np.stack([np.array(begun), np.array([end[:2] for end in parts.ends])], axis=1),
+        released=released,
     )
 
 
@@ -205,6 +226,7 @@ def _own(
     for edge, sense in enumerate((1.0, -1.0)):
         contact, side = flights.impacts[segments, edge].T
         behind = sense * side * _at_edge(flights, rate, segments, edge) > 0.0
+        behind &= (edge == 1) | ~flights.released[segments]
         for k in segments[behind & (contact == i)]:
             inside = np.flatnonzero(segment == k)
             if inside.size:
@@ -215,16 +237,17 @@ def _own(
 def _leaving(
     flights: _Flights, guard: GuardRow, place: Floats, at: Integers, times: Floats
 ) -> Flags:
-    """Mask of extrema of an element's guard that are its touch of a limit where the element changes.
+    """Mask of extrema of a guard that are its touch of a limit where the element changes.
 
-    Slip begins at speed and acceleration zero, where both levels of friction are equal.
+    Slip begins at speed and acceleration zero, where both levels of friction are equal; and so does the
+    gap of a stop that is released.
     """
-    if guard.watch == GAP_WATCH:
-        return np.zeros(len(at), dtype=bool)
     w = flights.windows
     k = w.segment[at]
     whole = w.durations[k]
     near = [times < EDGE_OF_FLIGHT * whole, times > (1.0 - EDGE_OF_FLIGHT) * whole]
+    if guard.watch == GAP_WATCH:
+        near = [near[0] & flights.released[k], np.zeros(len(at), dtype=bool)]
     own = [near[edge] & (flights.impacts[k, edge, 0] == guard.contact) for edge in (0, 1)]
     u = values_at(place, at, w.place(at, times))
     beyond = np.minimum(np.abs(guard.lower - u), np.abs(u - guard.upper))
@@ -286,6 +309,14 @@ def why_inadmissible(
     rigid = [k for k, end in enumerate(named) if end.watch == GAP_WATCH]
     closing = float(np.abs(parts.rate[rigid]).max(initial=0.0))
     for k, (contact, side, _, watch) in enumerate(named):
+        if watch == CHATTER_WATCH:
+            continue
+        following = named[(k + 1) % len(named)].mode // 3**contact % 3
+        if watch == GAP_WATCH and following and abs(parts.rate_after[k]) > play * closing:
+            return (
+                f"impact {k} leaves {Stop(contact, side).words} at {abs(parts.rate_after[k]):.6g}, and "
+                "rest is to follow"
+            )
         fastest = closing if watch == GAP_WATCH else sizes[contact, watch] / period
         at_once = durations[k] <= shortest and side * parts.rate[k] < -play * fastest
         if at_once or (side * parts.rate[k] < 0.0 and (contact, side, k, watch) in behind):

@@ -5,8 +5,9 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             up to MOST_GUESSED_IMPACTS. Where the sequence is given, its last occurrence in the motion,
             closed or not. With elements the changes of their states between the impacts belong to
             the loop; a motion without impacts, or after its last one, has loops of these changes.
-Fails       a sentence: no such part; the motion drifts; in its last period a contact rests, several
-            events coincide, or the law leaves the state of an element open
+            A part with rests on rigid stops begins after the release from one.
+Fails       a sentence: no such part; the motion drifts; in its last period a contact rests all the
+            time, several events coincide, or the law leaves the state of an element open
 """
 
 from __future__ import annotations
@@ -16,15 +17,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.types import Codes, Flags, Floats, Integers
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.compile.prescribed import GAP_WATCH, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import (
+    CHATTER_WATCH,
+    FORCE_WATCH,
+    GAP_WATCH,
+    Prescribed,
+    compile_prescribed,
+)
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
 from vibroimpact.orbits.problem import Flight
-from vibroimpact.simulation.simulate import COUNTED, ENDS_QUIETLY, Run, Status
+from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, Status
 
 # A loop with a smaller gap, relative to the spread of the motion, Newton's method may close.
 GAP_OF_GUESS = 0.25
@@ -34,10 +41,15 @@ MOST_GUESSED_IMPACTS = 60  # a loop that is nearly closed has so many at most
 # A coordinate that moves less, relative to the size of the motion, stands still.
 STILL_OF_MOTION = 1e-9
 TOUCHING_OF_TERMS = 1e-6  # a guard that is so near to its limit, relative to its terms, is at it
-EVENTS = (Status.IMPACT, Status.ENGAGE, Status.CHANGE)  # which end a flight
-REST = (Status.CHATTER, Status.STICK, Status.RELEASE)
+ENDS_OF_FLIGHTS = (
+    Status.IMPACT, Status.CHATTER, Status.RELEASE, Status.ENGAGE, Status.CHANGE,
+)  # fmt: skip
+WITH_ANOTHER = (Status.STICK, Status.CHANGE)  # belong to an event at the same time
+STRUCK = (Status.IMPACT, Status.ENGAGE)
+WATCH_OF_STATUS = {Status.CHATTER: CHATTER_WATCH, Status.RELEASE: FORCE_WATCH}
 TOGETHER = "several contacts impact at once in every period: such orbits have no signature"
-RESTING = "the motion chatters or sticks in every period: such orbits have no signature"
+UNSAID = "the motion rests on a stop in every period, which impacts do not say: leave them out"
+ALONE = "rest on a stop begins without an impact in every period: such orbits have no signature"
 DRIFTS = "the motion drifts"
 OPEN = "the law leaves the state of an element open in every period: such orbits have no signature"
 
@@ -63,6 +75,8 @@ class Events(NamedTuple):
     ----------
     first, last
         Numbers in the run, shape (m,): of the event, and of the last one at the same instant.
+    status
+        Of the first, shape (m,).
     states
         (x, v, theta) after the last one, with growing phase, shape (m, 2n + 1).
     times, stops
@@ -73,6 +87,7 @@ class Events(NamedTuple):
 
     first: Integers
     last: Integers
+    status: Codes
     states: Floats
     times: Floats
     stops: list[Stop]
@@ -80,20 +95,43 @@ class Events(NamedTuple):
 
 
 def events_of(run: Run) -> Events:
-    """Events of a run that end flights."""
-    at = np.flatnonzero(np.isin(run.status, EVENTS))
-    begins = np.ones(len(at), dtype=bool)  # a change of state goes with an event at the same time
-    begins[1:] = (np.diff(run.time[at]) > 0.0) | (run.status[at[1:]] != Status.CHANGE)
+    """Events of a run that end flights; of chatter its beginning and its end."""
+    ends = np.isin(run.status, (*ENDS_OF_FLIGHTS, Status.STICK)) & ~_within_chatter(run)
+    at = np.flatnonzero(ends)
+    begins = np.ones(len(at), dtype=bool)
+    begins[1:] = (np.diff(run.time[at]) > 0.0) | ~np.isin(run.status[at[1:]], WITH_ANOTHER)
     first, last = at[begins], at[np.append(begins[1:], True)] if at.size else at
     phase = run.start.phase + mechanism_of(run.system).omega * run.time[last]
     states = np.column_stack([run.position[last], run.velocity_after[last], phase])
-    sides = np.where(run.limit_side[first] > 0, 1, -1)
+    sides = np.where((run.limit_side[first] > 0) & (run.status[first] != Status.RELEASE), 1, -1)
     stops = list(map(Stop, run.contact[first].tolist(), sides.tolist()))
-    counted = np.flatnonzero(np.isin(run.status[first], COUNTED))
+    counted = np.flatnonzero(np.isin(run.status[first], STRUCK))
     return Events(
-        first, last, states, run.time[last], stops,
+        first, last, run.status[first], states, run.time[last], stops,
         counted if counted.size else np.arange(len(first)),
     )  # fmt: skip
+
+
+def _within_chatter(run: Run) -> Flags:
+    """Mask of the impacts that are part of completed chatter, but for the first.
+
+    It begins as soon as what is left of it is no longer than a step of its mode.
+    """
+    within = np.zeros(len(run.status), dtype=bool)
+    for end in np.flatnonzero(run.status == Status.CHATTER).tolist():
+        code = run.codes[end - 1]
+        longest = compile_prescribed(run.system, "", (code,)).step(code)
+        place = run.contact[end], run.limit_side[end]
+        first = end
+        while (
+            first > 0
+            and run.status[first - 1] == Status.IMPACT
+            and (run.contact[first - 1], run.limit_side[first - 1]) == place
+            and run.time[end] - run.time[first - 1] <= longest
+        ):
+            first -= 1
+        within[first + 1 : end] = True
+    return within
 
 
 def cycles_of(system: System, span: float) -> int:
@@ -128,6 +166,8 @@ def closing_loop(
     times = events.times[events.counted]
     if sequence is not None:
         found = _last_time(stops, sequence)
+        if found and np.isin(events.status[-MOST_GUESSED_IMPACTS:], tuple(WATCH_OF_STATUS)).any():
+            return UNSAID
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-MOST_GUESSED_IMPACTS - 1] if len(times) > MOST_GUESSED_IMPACTS else 0.0
@@ -152,15 +192,15 @@ def closing_loop(
 
 
 def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
-    """Mode of every flight of a loop and the guard that ends it; empty without elements."""
+    """Mode of every flight of a loop and the guard that ends it; empty without elements and rest."""
     m = mechanism_of(run.system)
-    if not m.switching:
-        return ()
     codes = codes_of(run, events, here)
-    if any(rests_in(m, code) for code in codes):
-        return RESTING
-    if why := always_stuck(m, {*codes}):
+    if not m.switching and not any(codes):
+        return ()
+    if why := always_stuck(m, {*codes}) or always_closed(m, {*codes}):
         return why
+    if (events.status[here] == Status.STICK).any():
+        return ALONE
     flights = flights_of(run, events, here)
     return TOGETHER if None in flights else tuple(flight for flight in flights if flight)
 
@@ -179,26 +219,18 @@ def codes_of(run: Run, events: Events, here: slice) -> list[int]:
     return [known[k] for k in events.last[here]]
 
 
-def rests_in(m: Mechanism, code: int) -> bool:
-    """Whether a rigid stop is rested on in a mode."""
-    return bool(code % 3 ** len(m.rigid_stops))
-
-
 def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
-    """Flight after each event of a part of a run; None where a stop is rested on, or no guard ends it.
+    """Flight after each event of a part of a run; None where no guard ends it.
 
     ``here`` leaves out the last event of the run, after which no flight ends.
     """
     m, codes = mechanism_of(run.system), codes_of(run, events, here)
-    free = sorted({code for code in codes if not rests_in(m, code)})
-    compiled = compile_prescribed(run.system, "", tuple(free))
+    compiled = compile_prescribed(run.system, "", tuple(sorted({*codes})))
     found: list[Flight | None] = []
     for k, code in enumerate(codes, here.start + 1):
-        stop = events.stops[k]
-        if rests_in(m, code):
-            found.append(None)
-        elif stop.contact < len(m.rigid_stops):
-            found.append(Flight(code))
+        stop, status = events.stops[k], Status(events.status[k])
+        if stop.contact < len(m.rigid_stops):
+            found.append(Flight(code, WATCH_OF_STATUS.get(status, GAP_WATCH)))
         else:
             watch = _watch_at(run, compiled, code, stop, int(events.first[k]))
             found.append(None if watch == GAP_WATCH else Flight(code, watch))
@@ -213,6 +245,17 @@ def always_stuck(m: Mechanism, codes: set[int]) -> str:
             return (
                 f"friction {len(m.rigid_stops) + i} sticks all the time, and its equations do not say "
                 "where: take it out and join what it holds"
+            )
+    return ""
+
+
+def always_closed(m: Mechanism, codes: set[int]) -> str:
+    """Sentence about a rigid stop that is rested on in every mode of a loop; "" where there is none."""
+    for i in range(len(m.rigid_stops)):
+        if all(code // 3**i % 3 for code in codes):
+            return (
+                f"contact {i} rests on its stop all the time: no impact is in it. Take out the coordinate "
+                "that the stop holds"
             )
     return ""
 
@@ -232,10 +275,8 @@ def _watch_at(run: Run, compiled: Prescribed, code: int, stop: Stop, at: int) ->
 
 
 def _without_signature(run: Run, since: float, until: float) -> str:
-    """Reason why a part of a run has no signature: contacts rest, or several impact at once."""
+    """Reason why a part of a run has no signature: several contacts impact at once."""
     status = run.status[(run.time >= since) & (run.time <= until)]
-    if np.isin(status, REST).any():
-        return RESTING
     if (status == Status.NON_UNIQUE).any():
         return OPEN
     return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
@@ -294,11 +335,13 @@ def _nearest_loop(
     """The shortest good loop at the end of a run, by the states after its counted events."""
     times = events.times[events.counted]
     stops = [events.stops[k] for k in events.counted]
-    omega, last = mechanism_of(run.system).omega, len(stops) - 1
+    omega, last = mechanism_of(run.system).omega, _last_in_order(events)
     if last < 1:
         return None
-    rate = omega or 1.0 / float(times[-1] - times[0])
-    spread = np.ptp(states[:, :-1], axis=0) + STILL_OF_MOTION * _sizes(states[:, :-1], rate)
+    rate = omega or 1.0 / float(times[last] - times[0])
+    met = np.abs(run.velocity_before[events.first]).max(axis=0, initial=0.0)
+    moved = np.vstack([np.abs(states[:, :-1]), np.append(np.zeros(len(met)), met)])
+    spread = np.ptp(states[:, :-1], axis=0) + STILL_OF_MOTION * _sizes(moved, rate)
     best: tuple[float, int] | None = None
     for first in range(last - 1, max(-1, last - MOST_SETTLED_IMPACTS - 1), -1):
         if stops[first] != stops[last]:
@@ -314,6 +357,13 @@ def _nearest_loop(
         if near and (best is None or distance < best[0]):
             best = distance, first
     return (best[1], last, False) if best else None
+
+
+def _last_in_order(events: Events) -> int:
+    """Number, among the counted events, of the last that follows a release from a stop; else of the last."""
+    releases = np.flatnonzero(events.status == Status.RELEASE)
+    after = np.searchsorted(events.counted, releases)
+    return int(max(after[after < len(events.counted)], default=len(events.counted) - 1))
 
 
 def _sizes(states: Floats, rate: float) -> Floats:

@@ -20,7 +20,12 @@ from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states
-from vibroimpact.compile.prescribed import check_prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import (
+    CHATTER_WATCH,
+    GAP_WATCH,
+    check_prescribed,
+    compile_prescribed,
+)
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -54,7 +59,7 @@ def find_orbit(
     system: System,
     guess: Orbit | Run | State | Guess,
     *,
-    impacts: Sequence[tuple[int, int] | str] | None = None,
+    stops: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
     symmetric: bool | None = None,
 ) -> Orbit:
@@ -66,10 +71,10 @@ def find_orbit(
         The system.
     guess
         An orbit (of this system or one like it), a simulated run or a state to simulate from, or a
-        :class:`Guess`. For a run, its end is used, or with ``impacts`` their last occurrence;
-        for a state without ``impacts``, the motion to which it settles. Whole periods of the phase
+        :class:`Guess`. For a run, its end is used, or with ``stops`` their last occurrence;
+        for a state without ``stops``, the motion to which it settles. Whole periods of the phase
         do not matter.
-    impacts
+    stops
         The sequence of stops: (contact, side) with side +1 (upper, A) or -1 (lower, B), or "A",
         "B" for contact 0. The orbit's first state is just after the first. By default taken from
         the guess. With elements a run or a state to simulate from is needed, which tells the
@@ -106,7 +111,7 @@ def find_orbit(
     >>> vi.find_orbit(damper, vi.State((0.0, 0.0), (0.0, 1.0))).symbol
     '1-1-1'
     """
-    sequence = None if impacts is None else stops_of(impacts)
+    sequence = None if stops is None else stops_of(stops)
     if cycles is not None:
         check_count("cycles", cycles, 0)
     if symmetric is not None:
@@ -120,18 +125,16 @@ def find_orbit(
         return _from_run(system, guess, sequence, cycles, symmetric)
     guess = _checked(guess)
     if sequence is None:
-        raise InvalidParameterError(
-            "impacts = None: states alone do not determine the stops. Give impacts."
-        )
+        raise InvalidParameterError("stops = None: states alone do not determine them. Give stops.")
     whole = cycles if cycles is not None else cycles_of(system, float(np.sum(guess.durations)))
     return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
 
 
-def stops_of(impacts: Any) -> tuple[Stop, ...]:
-    """Stops of a sequence that the user gives as ``impacts``."""
-    if not isinstance(impacts, Sequence) and not (isinstance(impacts, np.ndarray) and impacts.ndim):
-        raise refusal("impacts", impacts, "a sequence of stops")
-    return tuple(impact_of("impacts", given) for given in impacts)
+def stops_of(stops: Any) -> tuple[Stop, ...]:
+    """Stops of a sequence that the user gives as ``stops``."""
+    if not isinstance(stops, Sequence) and not (isinstance(stops, np.ndarray) and stops.ndim):
+        raise refusal("stops", stops, "a sequence of stops")
+    return tuple(impact_of("stops", given) for given in stops)
 
 
 def impact_of(name: str, given: Any) -> Stop:
@@ -179,7 +182,7 @@ def _from_orbit(
     impacts = known.impacts if sequence is None else sequence
     if len(impacts) > len(known.impacts):
         raise InvalidParameterError(
-            f"impacts: the sequence has {len(impacts)} impacts and the guess {len(known.impacts)}. "
+            f"stops: the sequence has {len(impacts)} impacts and the guess {len(known.impacts)}. "
             "Give a guess with as many."
         )
     signature = replace(
@@ -285,6 +288,7 @@ def primitive(orbit: Orbit) -> Orbit:
     """
     if not orbit.converged:
         return orbit
+    orbit = _chatter_summed(orbit)
     signature, guess = orbit.signature, unfolded(orbit)
     count = len(signature.impacts)
     turns = [k for k in range(count, 1, -1) if _repeats(orbit, guess, k)]
@@ -296,6 +300,31 @@ def primitive(orbit: Orbit) -> Orbit:
         return orbit
     found = solve(orbit.system, replace(signature, symmetric=True), guess)
     return found if found.converged else orbit
+
+
+def _chatter_summed(orbit: Orbit) -> Orbit:
+    """Reduce the impacts of chatter to one segment, from where what is left is no longer than a step."""
+    signature, compiled = orbit.signature, orbit.problem.compiled(orbit.parameter_value)
+    if all(end.watch != CHATTER_WATCH for end in signature.ends):
+        return orbit
+    parts = compiled.explicit(orbit.states, orbit.durations, signature.ends)
+    ends, durations = [*parts.ends], parts.durations.copy()
+    kept = np.ones(len(ends), dtype=bool)
+    for last in [k for k, end in enumerate(ends) if end.watch == CHATTER_WATCH]:
+        impact, first = ends[last]._replace(watch=GAP_WATCH), last
+        while ends[first - 1] == impact == ends[first - 2]._replace(mode=impact.mode) and durations[
+            first - 1 : last + 1
+        ].sum() <= compiled.step(impact.mode):
+            first -= 1
+        ends[first], durations[first] = ends[last], durations[first : last + 1].sum()
+        kept[first + 1 : last + 1] = False
+    if kept.sum() == len(orbit.durations):
+        return orbit
+    ends = [end for end, left in zip(ends, kept, strict=True) if left]
+    impacts = tuple(Stop(end.contact, end.side) for end in (ends[-1], *ends[:-1]))
+    flights = tuple(Flight(end.mode, end.watch) for end in ends)
+    regrouped = Signature(impacts, signature.cycles, False, flights)
+    return solve(orbit.system, regrouped, Guess(parts.states[kept], durations[kept]))
 
 
 def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
@@ -368,6 +397,7 @@ def mirror_distance(system: System, signature: Signature, guess: Guess) -> float
     if (
         not half
         or second != tuple(stop.opposite for stop in first)
+        or signature.flights
         or asymmetry(m, signature.cycles)
     ):
         return math.inf

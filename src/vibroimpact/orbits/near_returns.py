@@ -10,14 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact.compile.prescribed import FORCE_WATCH
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.closing_segment import (
     Events,
+    always_closed,
     always_stuck,
     codes_of,
     events_of,
@@ -30,7 +33,7 @@ from vibroimpact.simulation.simulate import COUNTED, Run, Status
 Loop = tuple[Signature, Guess]
 Key = tuple[int, tuple[Stop, ...], tuple[Flight, ...]]
 
-NOT_FREE = (Status.CHATTER, Status.STICK, Status.RELEASE, Status.SIMULTANEOUS)
+UNPRESCRIBED = (Status.SIMULTANEOUS, Status.NON_UNIQUE)  # what no signature describes
 
 
 def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float) -> list[Loop]:
@@ -54,7 +57,7 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
     m = mechanism_of(run.system)
     events = events_of(run)
     states, times = events.states, events.times
-    blocked = np.cumsum(np.isin(run.status, (*NOT_FREE, Status.NON_UNIQUE)))[events.last]
+    blocked = np.cumsum(np.isin(run.status, UNPRESCRIBED))[events.last]
     turns = times * (m.omega / (2.0 * math.pi))
     allowed = [k for k in range(1, cycles + 1) if forcing_repeats(m, k)] if m.forces else [0]
     kinds, struck = _kinds(run, events), np.isin(run.status[events.first], COUNTED)
@@ -105,25 +108,30 @@ def _groups(struck: Flags, kinds: Integers) -> list[Integers]:
 def _cutter(run: Run, events: Events) -> Callable[[int, int, int], Loop | None]:
     """Function that cuts the part from an event to another of a run.
 
-    With elements it gives None where the part has no signature.
+    With elements, and with rest on stops, it gives None where the part has no signature.
     """
     m = mechanism_of(run.system)
-    several = bool(m.switching) and len(events.times) > 1
     before_last = slice(0, len(events.times) - 1)
-    codes = codes_of(run, events, before_last) if several else []
+    codes = codes_of(run, events, before_last) if len(events.times) > 1 else []
+    several = any(codes) or bool(m.switching and codes)
     flights = flights_of(run, events, before_last) if several else []
 
     @cache
     def sticks(modes: frozenset[int]) -> bool:
-        return bool(always_stuck(m, {*modes}))
+        return bool(always_stuck(m, {*modes}) or always_closed(m, {*modes}))
 
     def cut(i: int, j: int, whole: int) -> Loop | None:
         durations, here = np.diff(events.times[i : j + 1]), flights[i:j]
         if several and (
-            None in here or not (durations > 0.0).all() or sticks(frozenset(codes[i:j]))
+            None in here
+            or not (durations > 0.0).all()
+            or (events.status[i:j] == Status.STICK).any()
+            or sticks(frozenset(codes[i:j]))
         ):
             return None
-        passed = tuple(flight for flight in here if flight)
+        passed = (
+            tuple(flight for flight in here if flight) if m.switching or any(codes[i:j]) else ()
+        )
         signature = Signature(tuple(events.stops[i:j]), whole, False, passed)
         return signature, Guess(events.states[i:j], durations)
 
@@ -134,10 +142,14 @@ def _cutter(run: Run, events: Events) -> Callable[[int, int, int], Loop | None]:
 def beginnings(impacts: tuple[Stop, ...], flights: tuple[Flight, ...] = ()) -> tuple[int, ...]:
     """Indices at which a sequence begins its first rotation in order, upper stops before lower.
 
-    With elements the flights after the impacts decide between equal sequences.
+    With elements the flights after the impacts decide between equal sequences. One that rests on a stop
+    begins after a release.
     """
     turned = [stop.opposite for stop in impacts]
-    around = list(zip(turned, flights, strict=True)) if flights else turned
+    around: list[Any] = list(zip(turned, flights, strict=True)) if flights else [*turned]
+    watches = [flight.watch for flight in flights]
+    if FORCE_WATCH in watches:
+        around = [(watches[k - 2] != FORCE_WATCH, part) for k, part in enumerate(around)]
     rotations = [around[k:] + around[:k] for k in range(len(around))]
     first = min(rotations)
     return tuple(k for k, rotation in enumerate(rotations) if rotation == first)

@@ -24,7 +24,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import End, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import CHATTER_WATCH, End, Prescribed, compile_prescribed
 from vibroimpact.model.mechanism import stop_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -103,11 +103,13 @@ def residual_of(problem: OrbitProblem, z: Floats) -> float:
 def guard_sizes(problem: OrbitProblem, sizes: Floats, ends: Sequence[End] | None = None) -> Floats:
     """Size of the changes of the guard at each end, by default those of the segments, shape (m,)."""
     compiled, n = _compiled(problem), problem.mechanism.degrees
-    rows = np.abs([compiled.guard(end).row for end in ends or problem.ends])
+    ends = ends or problem.ends
+    rows = np.abs([compiled.guard(end).row for end in ends])
     of_y, of_zeta = np.ones(rows.shape[1]), np.zeros(compiled.size)
     of_zeta[problem.kept] = sizes[: problem.size]
     of_y[0 : 2 * n : 2], of_y[1 : 2 * n : 2] = of_zeta[:n], of_zeta[n : 2 * n] / compiled.scale
-    return np.asarray(rows @ of_y)
+    lasts = [end.watch == CHATTER_WATCH for end in ends]  # its equation is that of a time
+    return np.where(lasts, sizes[problem.size], rows @ of_y)
 
 
 def newton(

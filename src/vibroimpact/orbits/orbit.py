@@ -14,7 +14,7 @@ import numpy as np
 from vibroimpact._core.checks import nonnegative
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
-from vibroimpact.compile.prescribed import GAP_WATCH, Linearised
+from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, Linearised
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.state import State
@@ -28,7 +28,13 @@ from vibroimpact.orbits.admissibility import (
     why_inadmissible,
 )
 from vibroimpact.orbits.multipliers import pencil_of
-from vibroimpact.orbits.newton import FOUND, family_dimension, guard_sizes, scale_of
+from vibroimpact.orbits.newton import (
+    FOUND,
+    ROUNDING_OF_TERMS,
+    family_dimension,
+    guard_sizes,
+    scale_of,
+)
 from vibroimpact.orbits.problem import OrbitProblem, Signature, impacting
 from vibroimpact.orbits.reversals import held_reversal
 from vibroimpact.orbits.stability import (
@@ -128,25 +134,40 @@ class Orbit(Result):
         """Symbol n-p-q: cycles, impacts at stops A and B, with a pair p-q per impacting contact.
 
         Contacts are named unless they are the first ones: "1-2-1 (contact 1)". Meeting a soft stop
-        counts as an impact.
+        counts as an impact; where it chatters there are infinitely many, "inf".
         """
         signature = self.signature
         struck = impacting(self.mechanism, signature)
-        counts = Counter(itertools.compress(signature.impacts, struck))
+        counts: dict[Stop, float] = {**Counter(itertools.compress(signature.impacts, struck))}
+        for stop, watch in zip(signature.impacts, signature.begun, strict=True):
+            if watch == CHATTER_WATCH:
+                counts[stop] = math.inf
         contacts = range(len(self.mechanism.elements) if counts else 1)
         if not counts:
             return f"{signature.cycles}-0-0"
         return symbol_word(
-            self.signature.cycles, [[counts[Stop(c, side)] for side in (1, -1)] for c in contacts]
+            self.signature.cycles,
+            [[counts.get(Stop(c, side), 0) for side in (1, -1)] for c in contacts],
         )
 
     @property
     def state(self) -> State:
         """State just after the first impact, for simulation."""
         n = self.mechanism.degrees
-        first = self.states[0]
+        first = self.states[0].copy()
+        if self.converged and self._rests_at_first:  # nothing is left but rounding of the motion
+            sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
+            size = np.zeros(len(first))
+            size[self.problem.kept] = sizes[: self.problem.size]
+            first[np.abs(first) <= ROUNDING_OF_TERMS * size] = 0.0
         theta = float(first[2 * n]) % (2.0 * math.pi * max(self.signature.cycles, 1))
         return State(tuple(first[:n]), tuple(first[n : 2 * n]), theta)
+
+    @property
+    def _rests_at_first(self) -> bool:
+        """Whether its first flight rests on a rigid stop."""
+        flights, contacts = self.signature.flights, len(self.mechanism.rigid_stops)
+        return bool(flights) and flights[0].mode % 3**contacts > 0
 
     @property
     def period(self) -> float:
@@ -185,7 +206,10 @@ class Orbit(Result):
 
     @cached_property
     def _speeds_of_changes(self) -> list[float]:
-        """Rates at which guards of elements are reached, in changes per flight; 1 of rigid stops."""
+        """Rates at which guards of elements are reached, in changes per flight.
+
+        1 of rigid stops, and of chatter.
+        """
         ends = self.problem.ends
         if not self.signature.flights:
             return [1.0] * len(ends)
@@ -194,7 +218,7 @@ class Orbit(Result):
         units = guard_sizes(self.problem, sizes) / sizes[self.problem.size]
         speeds = self.linearised.rate / units
         return [
-            1.0 if e.watch == GAP_WATCH else e.side * float(v)
+            1.0 if e.watch in (GAP_WATCH, CHATTER_WATCH) else e.side * float(v)
             for e, v in zip(ends, speeds, strict=True)
         ]
 
@@ -242,7 +266,7 @@ class Orbit(Result):
         ratios = [1.0]
         for k, end in enumerate(ends if self.signature.flights else ()):
             following = (k + 1) % len(ends)
-            if end.watch != GAP_WATCH:
+            if end.watch not in (GAP_WATCH, CHATTER_WATCH):
                 mode, state = compiled.modes[ends[following].mode], self.states[following]
                 y = compiled.embedded(state[:-1], state[-1])
                 after = compiled.guard(end).row @ (mode.b @ y + mode.constant)

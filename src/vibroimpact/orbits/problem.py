@@ -28,6 +28,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
+    FORCE_WATCH,
     GAP_WATCH,
     End,
     Linearised,
@@ -46,14 +47,12 @@ Made = TypeVar("Made")
 # So many of the latest evaluations are kept, those of some panels of a branch.
 KEPT_EVALUATIONS = 64
 WHOLE_RATIO_WITHIN = 1e-9  # a ratio of forcing frequencies that is so near to a whole number is one
+RESTS_WHOLE = "orbits that rest on a stop are solved as a whole"
 MOST_CYCLES = 1000  # forcing frequencies may be commensurate over so many cycles at most
 
 
 class Flight(NamedTuple):
-    """A flight of a machine with elements: the code of its mode, and which of its guards ends it.
-
-    ``watch`` is the number of the guard among the watches of the mode; GAP_WATCH for a rigid stop.
-    """
+    """A flight: the code of its mode, and which of its guards ends it, as in :class:`End`."""
 
     mode: int
     watch: int = GAP_WATCH
@@ -74,7 +73,9 @@ class Signature:
     symmetric
         Whether the second half is the mirror image of the first.
     flights
-        :class:`Flight` after each impact; empty for a machine without elements.
+        :class:`Flight` after each impact; empty for a machine without elements that rests on no
+        stop. Where it does, the events are its impacts, the end of chatter and the release, with
+        the contact; of the release the side is -1.
     """
 
     impacts: tuple[Stop, ...]
@@ -109,6 +110,12 @@ class Signature:
         return End(*self.impacts[0], *(self.flights or (Flight(0),))[-1])
 
     @property
+    def begun(self) -> tuple[int, ...]:
+        """Watch of the guard with which each entry of the impacts begins its flight."""
+        watches = [flight.watch for flight in self.flights or (Flight(0),) * len(self.impacts)]
+        return (watches[-1], *watches[:-1])
+
+    @property
     def mirrored(self) -> Signature:
         """Signature of the mirror image, of a machine without elements."""
         return replace(self, impacts=tuple(s.opposite for s in self.impacts))
@@ -140,28 +147,26 @@ class Signature:
 def check_signature(m: Mechanism, signature: Signature) -> None:
     """Refuse a signature that no orbit of the mechanism can have."""
     impacts, cycles = signature.impacts, signature.cycles
-    if bool(m.switching) != bool(signature.flights) or len(signature.flights) not in (
-        0,
-        len(impacts),
-    ):
+    given = len(signature.flights)
+    if given not in (0, len(impacts)) or (m.switching and not given):
         raise InvalidParameterError(
-            f"impacts: of a machine with {len(m.switching)} elements, {len(signature.flights)} flights "
+            f"stops: of a machine with {len(m.switching)} elements, {given} flights "
             f"are given for {len(impacts)} impacts; must be one for each, of a machine without "
             "elements none. Give a run, a state or an orbit, which know them."
         )
     limits = [(c.lower, c.upper) for c in m.rigid_stops]
-    for contact, side in impacts:
-        if contact >= len(limits) and m.switching:
+    for (contact, side), watch in zip(impacts, signature.begun if impacts else (), strict=True):
+        if (contact >= len(limits) and m.switching) or watch == FORCE_WATCH:
             continue
         if not 0 <= contact < len(limits) or side not in (-1, 1):
             raise InvalidParameterError(
-                f"impacts: ({contact}, {side}) is not a stop. Contacts are 0 to {len(limits) - 1}, "
+                f"stops: ({contact}, {side}) is not a stop. Contacts are 0 to {len(limits) - 1}, "
                 "sides +1 (upper, A) and -1 (lower, B)."
             )
         if math.isinf(limits[contact][side > 0]):
-            raise InvalidParameterError(f"impacts: contact {contact} has no stop on side {side}.")
+            raise InvalidParameterError(f"stops: contact {contact} has no stop on side {side}.")
     if not impacts:
-        raise InvalidParameterError("impacts = (): an impacting orbit has at least one impact.")
+        raise InvalidParameterError("stops = (): an impacting orbit has at least one impact.")
     if (cycles < 1) if m.forces else (cycles != 0):
         allowed = "at least 1" if m.forces else "0: there is no forcing"
         raise InvalidParameterError(f"cycles = {cycles}: must be {allowed}.")
@@ -176,11 +181,11 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
 
 def impacting(m: Mechanism, signature: Signature) -> list[bool]:
     """Return which entries of a signature are impacts: at rigid stops, and where soft stops are met."""
-    contacts, flights = len(m.rigid_stops), signature.flights
+    contacts, flights, begun = len(m.rigid_stops), signature.flights, signature.begun
     out = []
     for k, (number, _) in enumerate(signature.impacts):
         if number < contacts:
-            out.append(True)
+            out.append(begun[k] == GAP_WATCH)
             continue
         before, after = (
             states_from_code(flights[i].mode, contacts, len(m.switching))[number - contacts]
@@ -210,10 +215,10 @@ def _check_symmetry(m: Mechanism, signature: Signature) -> None:
     first, second = signature.impacts[:half], signature.impacts[half:]
     if second != tuple(stop.opposite for stop in first):
         raise InvalidParameterError(
-            f"impacts = {signature.impacts}: not symmetric; the second half must be the first with "
+            f"stops = {signature.impacts}: not symmetric; the second half must be the first with "
             "the sides exchanged."
         )
-    if why := asymmetry(m, signature.cycles):
+    if why := asymmetry(m, signature.cycles) or (signature.flights and RESTS_WHOLE):
         raise InvalidParameterError(f"symmetric = True: {why}.")
 
 

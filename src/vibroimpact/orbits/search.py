@@ -47,7 +47,7 @@ from vibroimpact.orbits.find import (
     unfolded,
 )
 from vibroimpact.orbits.mirror_images import mirror_image, mirror_turn
-from vibroimpact.orbits.near_returns import NOT_FREE, KnownLoops, beginnings, loops_of
+from vibroimpact.orbits.near_returns import UNPRESCRIBED, KnownLoops, beginnings, loops_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
@@ -71,8 +71,8 @@ TOUCH_SPEED_OF_BOX = 1e-6  # an impact that is slower, relative to the box, coun
 def find_orbits(
     system: System,
     *,
-    cycles: int = 2,
-    impacts: int = 4,
+    most_cycles: int = 2,
+    most_impacts: int = 4,
     starts: int = 100,
     seed: int = 0,
     progress: ProgressOption = False,
@@ -83,10 +83,11 @@ def find_orbits(
     ----------
     system
         The system.
-    cycles
+    most_cycles
         Largest number of forcing cycles of an orbit, 1 to 1000; ignored without forcing.
-    impacts
+    most_impacts
         Largest number of impacts per period, at all stops, >= 1; meeting a soft stop counts as one.
+        Those of chatter count until what is left of it is summed.
         Of orbits without impacts it bounds the changes of state of one kind: of one element, at
         one limit, to one state.
     starts
@@ -115,7 +116,7 @@ def find_orbits(
     Notes
     -----
     Cost: 1 ms per motion and some 5 ms per guess; for the damper five seconds with the defaults,
-    ten with ``cycles=4, impacts=8, starts=50``; with elements 20 to 100 ms per motion. Chaotic
+    ten with ``most_cycles=4, impacts=8, starts=50``; with elements 20 to 100 ms per motion. Chaotic
     motions give most guesses. Ctrl-C ends the search without a result; fewer starts give the first
     part of the same list.
 
@@ -124,17 +125,17 @@ def find_orbits(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
-    >>> found = find_orbits(damper, cycles=1, impacts=2, starts=20)
+    >>> found = find_orbits(damper, most_cycles=1, most_impacts=2, starts=20)
     >>> [(orbit.symbol, orbit.stable) for orbit in found.orbits if orbit.admissible]
     [('1-1-1', False), ('1-1-1', True)]
     """
     check_prescribed(system, mechanism_of(system))
-    check_count("cycles", cycles, 1, MOST_CYCLES)
-    for name, value in (("impacts", impacts), ("starts", starts)):
+    check_count("most_cycles", most_cycles, 1, MOST_CYCLES)
+    for name, value in (("most_impacts", most_impacts), ("starts", starts)):
         check_count(name, value, 1)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_progress(progress)
-    sweep = _Sweep(system, cycles, impacts, _starts_of(system))
+    sweep = _Sweep(system, most_cycles, most_impacts, _starts_of(system))
     order = range(starts) if progress else counting("starts", starts)
     sweep.try_closed_forms()
     with Reporter(progress, "searching from random starts") as report:
@@ -142,7 +143,7 @@ def find_orbits(
             sweep.try_motion(np.random.default_rng([seed, number]), number)
     orbits, mirror_of = _sorted(sweep.orbits, sweep.mirror_of)
     return OrbitSearch(
-        system, cycles, impacts, starts, seed, orbits, mirror_of,
+        system, most_cycles, most_impacts, starts, seed, orbits, mirror_of,
         {end: sweep.motions[end] for end in MotionEnd},
         {end: sweep.guesses[end] for end in GuessEnd}, sweep.repeated,
         dict(sorted(sweep.unresolved.items())),
@@ -266,8 +267,8 @@ def _starts_of(system: System) -> Starts | StartsBetween:
 def _end_of(run: Run) -> MotionEnd:
     if run.end is RunEnd.DIVERGED:
         return MotionEnd.DIVERGED
-    if np.isin(run.status, NOT_FREE).any():
-        return MotionEnd.RESTED
+    if np.isin(run.status, UNPRESCRIBED).any():
+        return MotionEnd.UNPRESCRIBED
     if run.end is RunEnd.IMPACTS:
         return MotionEnd.IMPACTS
     if run.end in (RunEnd.HORIZON, RunEnd.EVENTS) and len(run):

@@ -28,7 +28,7 @@ class MotionEnd(StrEnum):
 
     IMPACTS = "kept impacting"
     CHANGING = "kept changing states without impact"
-    RESTED = "chattered or stuck"
+    UNPRESCRIBED = "had several events at once, or an open one"
     SILENT = "stopped impacting"
     DIVERGED = "diverged"
     BROKEN = "could not be followed"
@@ -50,7 +50,7 @@ class OrbitSearch(Result):
 
     Attributes
     ----------
-    system, cycles, impacts, starts, seed
+    system, most_cycles, most_impacts, starts, seed
         The arguments of the search.
     orbits
         Sorted by cycles, number of impacts, symbol; symmetric and admissible ones first.
@@ -68,8 +68,8 @@ class OrbitSearch(Result):
     """
 
     system: System
-    cycles: int
-    impacts: int
+    most_cycles: int
+    most_impacts: int
     starts: int
     seed: int
     orbits: tuple[Orbit, ...] = field(repr=False)
@@ -87,7 +87,7 @@ class OrbitSearch(Result):
         admissible = sum(orbit.admissible for orbit in self.orbits)
         return (
             f"OrbitSearch: {len(self)} orbits, {admissible} admissible, {stable} stable, with at "
-            f"most {self.impacts} impacts in at most {self.cycles} cycles\n"
+            f"most {self.most_impacts} impacts in at most {self.most_cycles} cycles\n"
             f"  {self.starts} motions (seed {self.seed}): {_shares(self.motions)}\n"
             f"  {sum(self.guesses.values())} guesses led {_shares(self.guesses)}; "
             f"{self.repeated} more were like these"

@@ -33,6 +33,7 @@ from vibroimpact.simulation.simulate import simulate
 BOX_IMPACTS = 32  # a motion that finds the box has so many impacts
 # These motions start with such shares of the largest speed in (1).
 BOX_SPEED_SHARES = (0.03, 0.1, 0.3, 1.0)
+ROUNDING_OF_LENGTH = 1e-12  # a width that is smaller is none: one coordinate on one stop
 BOX_FACTOR = 1.5  # the box is so many times as wide as the span of the short motions
 
 
@@ -118,9 +119,10 @@ def _size(m: Mechanism) -> float:
 
 
 def widths_of(low: Floats, high: Floats, length: float) -> Floats:
-    """Units of distances in a box of (x, v): its largest widths; a length where it has no width."""
+    """Units of distances in a box of (x, v): its largest widths; a length where its width is rounding."""
     width, n = high - low, len(low) // 2
-    return np.repeat([width[:n].max() or length, width[n:].max()], n)
+    place = width[:n].max()
+    return np.repeat([place if place > ROUNDING_OF_LENGTH * length else length, width[n:].max()], n)
 
 
 Moved = tuple[int, tuple[Harmonic, ...]]

@@ -48,12 +48,12 @@ def known_orbits(system: System) -> tuple[Orbit, ...]:
     return symmetric_orbits(system) if isinstance(system, ImpactDamper) else ()
 
 
-def symmetric_orbits(damper: ImpactDamper) -> tuple[Orbit, ...]:
+def symmetric_orbits(system: ImpactDamper) -> tuple[Orbit, ...]:
     """Find the symmetric 1-1-1 orbits: none, or one for each sign in (14).
 
     Parameters
     ----------
-    damper
+    system
         The system.
 
     Returns
@@ -65,7 +65,7 @@ def symmetric_orbits(damper: ImpactDamper) -> tuple[Orbit, ...]:
     Raises
     ------
     InvalidParameterError
-        ``damper`` is not an ImpactDamper.
+        ``system`` is not an ImpactDamper.
 
     Notes
     -----
@@ -79,18 +79,18 @@ def symmetric_orbits(damper: ImpactDamper) -> tuple[Orbit, ...]:
     >>> [orbit.stable for orbit in vi.symmetric_orbits(damper)]
     [True, False]
     """
-    w, alpha, beta, compiled = on_circle(damper)
+    w, alpha, beta, compiled = on_circle(system)
     size = math.hypot(alpha, beta)
-    if size < damper.half_clearance:
+    if size < system.half_clearance:
         return ()
-    rise = math.asin(damper.half_clearance / size)
+    rise = math.asin(system.half_clearance / size)
     lead = math.atan2(beta, alpha)
     found = [
-        _impact_state(damper, compiled, w, (angle - lead) % (2.0 * math.pi))
+        _impact_state(system, compiled, w, (angle - lead) % (2.0 * math.pi))
         for angle in (rise, math.pi - rise)
     ]
     found.sort(key=lambda item: -item[0])  # the larger A sin(tau_0) has the plus sign in (14)
-    return tuple(_orbit(damper, state) for _, state in found)
+    return tuple(_orbit(system, state) for _, state in found)
 
 
 def on_circle(damper: ImpactDamper) -> tuple[Floats, float, float, Compiled]:

@@ -45,7 +45,7 @@ class _View(NamedTuple):
 
 def plot_branches(
     branches: Sequence[Branch], *, variable: str = "v1", ax: Axes | None = None,
-    points: bool = True, stop: tuple[int, int] | None = None, mirror: bool = False,
+    marks: bool = True, stop: tuple[int, int] | None = None, mirror: bool = False,
     attractors: xr.Dataset | None = None, bounds: tuple[float, float] | None = None,
 ) -> Axes:  # fmt: skip
     """Draw branches: stable solid, neutral dash-dotted, unstable dashed, not admissible dotted.
@@ -60,7 +60,7 @@ def plot_branches(
         "clearance" (least gap between the impacts), "period".
     ax
         Axes to draw on; a new figure if not given.
-    points
+    marks
         Mark and label the special points. Labels without space are left out.
     stop
         Draw the value after every impact at this stop, (contact, side); by default after the first
@@ -82,7 +82,7 @@ def plot_branches(
     """
     branches = _checked(branches)
     check_kind("variable", variable, str, "the name of a coordinate")
-    check_flag("points", points)
+    check_flag("marks", marks)
     check_flag("mirror", mirror)
     if stop is not None:
         stop = impact_of("stop", stop)
@@ -113,8 +113,8 @@ def plot_branches(
         shown = bounds or _range(branches, attractors)
         style.whole_range(ax, shown)
         ax.set(xlabel=parameter_label(name, units), ylabel=_label(variable, units))
-        _legend(ax, branches, seen, points=points, cloud=attractors is not None)
-        if points:
+        _legend(ax, branches, seen, points=marks, cloud=attractors is not None)
+        if marks:
             _special_points(ax, branches, view)
     return ax
 

@@ -61,7 +61,7 @@ def plot_curves(
     curves: Sequence[BifurcationCurve],
     *,
     ax: Axes | None = None,
-    points: bool = True,
+    marks: bool = True,
     bounds: Ranges | None = None,
 ) -> Axes:
     """Draw curves of bifurcations: a colour for each kind, dotted where the orbits are not admissible.
@@ -73,7 +73,7 @@ def plot_curves(
     ax
         Axes to draw on, as those that :func:`plot_plane` returned: their limits, labels and legends are kept. A new
         figure if not given.
-    points
+    marks
         Mark and label the points of codimension two: "R4_2" is the point ``curve["R4_2"]``, "2/9" a weak resonance.
         Labels without space are left out.
     bounds
@@ -86,17 +86,17 @@ def plot_curves(
         The Axes drawn on. Neutral saddles, which are no bifurcations, are thin, grey and dashed.
     """
     curves = _checked(curves)
-    check_flag("points", points)
+    check_flag("marks", marks)
     names, units = curves[0].names, _units(curves)
     shown = None if bounds is None else _limits(bounds)
-    entries = _entries(curves, points=points)
+    entries = _entries(curves, points=marks)
     with _axes(ax, len(entries)) as drawn_on:
         kept = _limits_of(drawn_on)
         for curve in curves:
             _curve(drawn_on, curve, names, halo=kept is not None)
         _framed(drawn_on, names, units, kept, shown)
         _legend(drawn_on, entries)
-        if points:
+        if marks:
             _special_points(drawn_on, curves, names)
     return drawn_on
 

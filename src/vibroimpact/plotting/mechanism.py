@@ -20,7 +20,7 @@ MIDDLE = SLOT[0] + SLOT[2] / 2.0
 FREE_AT = MIDDLE + 0.7  # the free mass is off the middle, so that x2 - x1 is visible
 
 
-def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool = True) -> Axes:
+def plot_mechanism(system: System, *, ax: Axes | None = None, caption: bool = True) -> Axes:
     """Draw a system from its description, with its parameters; not to scale.
 
     Parameters
@@ -29,7 +29,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
         The impact damper, or any mechanism.
     ax
         Axes to draw on; a new figure if not given.
-    parameters
+    caption
         Whether to write the parameters of the impact damper below it.
 
     Returns
@@ -45,7 +45,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
     What is no spring, dashpot or stop between two masses or to the ground is listed below the
     drawing: coupling of masses, gyroscopic and circulatory terms, rows of three coordinates.
     """
-    check_flag("parameters", parameters)
+    check_flag("caption", caption)
     if not isinstance(system, ImpactDamper):
         return draw_chain(mechanism_of(system), ax)
     with style.drawing(ax, width=4.2, height=2.4) as ax:
@@ -55,9 +55,9 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, parameters: bool =
         _masses(ax)
         _force(ax)
         _coordinates(ax)
-        if parameters:
+        if caption:
             ax.text(4.9, -1.0, _parameters(system), ha="center", va="top", fontsize=9)
-        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7 if parameters else -0.6, 3.9), aspect="equal")
+        ax.set(xlim=(-0.6, 10.4), ylim=(-1.7 if caption else -0.6, 3.9), aspect="equal")
         ax.axis("off")
     return ax
 

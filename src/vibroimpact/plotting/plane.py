@@ -42,7 +42,7 @@ def plot_plane(
     *,
     variable: str = "motion",
     ax: Axes | None = None,
-    most: int = 7,
+    most_motions: int = 7,
     symbols: Sequence[str] | None = None,
 ) -> Axes:
     """Draw a plane of two parameters.
@@ -59,7 +59,7 @@ def plot_plane(
         attractors), or another number in the dataset.
     ax
         Axes to draw on; a new figure if not given.
-    most
+    most_motions
         Symbols with a colour of their own, 1 to 7, the most frequent ones, mirror images next to
         each other; the rest is "other periodic".
     symbols
@@ -77,12 +77,12 @@ def plot_plane(
     plane = _completed(plane, variable)
     variable_of(plane, variable)
     units = units_of_sweep(plane)
-    check_count("most", most, 1, len(COLOURS))
+    check_count("most_motions", most_motions, 1, len(COLOURS))
     if symbols is not None:
         _check_symbols(symbols, variable)
     across, up = maps.over_two(plane[variable])
     with style.drawing(ax, width=1.5 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
-        _draw(ax, plane, variable, most if symbols is None else symbols, units)
+        _draw(ax, plane, variable, most_motions if symbols is None else symbols, units)
         ax.set(xlabel=parameter_label(across, units), ylabel=parameter_label(up, units))
     return ax
 

@@ -266,7 +266,7 @@ def machine_section(response: Response) -> list[Block]:
     caption = "The model, not to scale: x to the right."
     if has_numbers(system):
         caption += f" Its numbers are those at {low}."
-    drawing = picture_of(plot_mechanism(system, parameters=False))
+    drawing = picture_of(plot_mechanism(system, caption=False))
     alternative = f"Drawing of the {machine_words(system)}"
     return [
         Picture(drawing, caption, alternative, narrow=True),

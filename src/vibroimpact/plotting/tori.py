@@ -55,7 +55,7 @@ def plot_invariant_circle(
         check_choice(argument, name, names)
         columns[argument] = rows[:, names.index(name)]
     line = "-" if circle.stable else "--" if circle.admissible else ":"
-    units = units_of(circle.subject)
+    units = units_of(circle.system)
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
         given: dict[str, Any] = {"color": style.BLUE, "linestyle": line, "linewidth": 0.9} | looks
         ax.plot(columns["x"], columns["y"], **given)
@@ -92,7 +92,7 @@ def plot_circle_branch(branch: CircleBranch, *, ax: Axes | None = None) -> Axes:
             rho = point.orbit.rotation_number
             ax.plot(point.parameter, rho, "o", color=style.VERMILION, markersize=4)
             labels.add(point.label, point.parameter, rho, style.VERMILION)
-        units = units_of(branch.circles[0].subject)
+        units = units_of(branch.circles[0].system)
         ax.set(xlabel=parameter_label(branch.parameter, units), ylabel=r"rotation number $\rho$")
         labels.place()
     return ax

@@ -215,7 +215,7 @@ class Simulation:
     def measures(self) -> tuple[Measure, ...]:
         """The measure, and of a row its rms and peak."""
         others = (of_same_row(self.measure, kind) for kind in (Rms, Peak))
-        return self.measure, *(measure_of(one, self.system) for one in others if one)
+        return self.measure, *(measure_of(self.system, one) for one in others if one)
 
     @property
     def observed(self) -> bool:

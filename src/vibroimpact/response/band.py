@@ -94,7 +94,7 @@ def _question(band: Band, natural: Floats) -> None:
     if in_hertz.any() and not near.any():
         there = ", ".join(f"{HERTZ * x:.4g} Hz ({x:.4g} rad/s)" for x in natural[in_hertz])
         warn(
-            f"band = ({band.low:g}, {band.high:g}): is in rad/s, far from the natural frequency of the machine, "
+            f"bounds = ({band.low:g}, {band.high:g}): is in rad/s, far from the natural frequency of the machine, "
             f"{there}. Give unit = 'Hz' if hertz are meant."
         )
 

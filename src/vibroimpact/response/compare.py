@@ -124,14 +124,24 @@ def touching_factor(response: Response) -> float:
 
     NaN where it is not known, or where the motion without impacts is not that of the whole band.
     """
+    from scipy.optimize import minimize_scalar
+
     curve = next((one for one in response.curves if one.branch is None), None)
     if curve is None or (curve.stability == Stability.INADMISSIBLE).any():
         return math.nan
-    found = []
-    for value in response.band.values(COMPARED_POINTS).tolist():
+
+    def factor(value: float) -> float:
         motion = free_motion(with_parameter(response.system, response.parameter, value))
-        found.append(math.nan if isinstance(motion, str) else motion.touching_factor)
-    return float(np.min(found))
+        return math.nan if isinstance(motion, str) else motion.touching_factor
+
+    values = response.band.values(COMPARED_POINTS)
+    found = np.array([factor(value) for value in values.tolist()])
+    if not np.isfinite(found).all():
+        return float(found.min())
+    k = int(found.argmin())
+    inner = values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]
+    least = minimize_scalar(factor, bounds=inner, method="bounded")
+    return float(min(least.fun, found[k]))
 
 
 def is_comparable(response: Response) -> bool:

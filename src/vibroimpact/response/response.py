@@ -396,17 +396,17 @@ def _same(known: Answer, simulated: Answer, size: float) -> bool:
 def frequency_response(
     system: System,
     parameter: str,
-    band: tuple[float, float],
+    bounds: tuple[float, float],
     *,
     measure: Measure | str = "x1",
     unit: Unit = "",
-    number: int = 200,
+    points: int = 200,
     starts: int | RandomStarts | GridStarts | ListedStarts = 16,
     start: State | None = None,
     seed: int = 0,
-    settle_periods: float = 400,
-    periods: float = 100,
-    most: int = 8,
+    settle_periods: float = 250,
+    periods: float = 50,
+    most_branches: int = 8,
     depth: int = 1,
     steps: Steps | None = None,
     workers: int | None = None,
@@ -422,7 +422,7 @@ def frequency_response(
     parameter
         Name of the parameter, usually the forcing frequency, ``"omega"``. Any other real parameter is
         allowed too: the response is then that over this parameter.
-    band
+    bounds
         (low, high) of it.
     measure
         A measure or its name, such as "x1" (amplitude), "rms v1", "transmissibility x1", "power":
@@ -430,7 +430,7 @@ def frequency_response(
     unit
         "Hz" if the band is in hertz and the parameter is the forcing frequency in radians per second;
         by default the band is in the unit of the parameter.
-    number
+    points
         Values of the parameter that are simulated, evenly spaced, >= 2.
     starts
         Random starts at each of them, >= 0; or starts of :func:`~vibroimpact.sweep`.
@@ -440,7 +440,7 @@ def frequency_response(
         Of the random starts.
     settle_periods, periods
         Forcing periods before, and while, motions are observed.
-    most
+    most_branches
         Largest number of branches that are followed, >= 0; with 0 there is simulation, and the motion
         without impacts, only.
     depth
@@ -467,7 +467,7 @@ def frequency_response(
 
     Notes
     -----
-    Cost, for the impact damper on two cores: three seconds for 200 values, 16 starts and 500 periods;
+    Cost, for the impact damper on two cores: three seconds for 200 values, 16 starts and 300 periods;
     one to three seconds a branch.
 
     Examples
@@ -475,19 +475,23 @@ def frequency_response(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
     ...                          half_clearance=5.0, omega=1.2)
-    >>> response = vi.frequency_response(damper, "omega", (1.1, 1.2), number=5, starts=2,
+    >>> response = vi.frequency_response(damper, "omega", (1.1, 1.2), points=5, starts=2,
     ...                                  progress=False)
     >>> [answer.motion for answer in response.at(1.15) if answer.stable]
     ['1-0-0', '1-1-1']
     """
-    chosen = band_of(system, parameter, band, unit)
+    chosen = band_of(system, parameter, bounds, unit)
     first = with_parameter(system, parameter, chosen.low)
     if not mechanism_of(first).forces:
         raise InvalidParameterError(
             f"system: has no forcing, so there is no response over {parameter}. Add forces."
         )
-    measured = measure_of(measure, first)
-    for name, value, least in (("number", number, 2), ("most", most, 0), ("depth", depth, 0)):
+    measured = measure_of(first, measure)
+    for name, value, least in (
+        ("points", points, 2),
+        ("most_branches", most_branches, 0),
+        ("depth", depth, 0),
+    ):
         check_count(name, value, least)
     nonnegative("settle_periods", settle_periods)
     positive("periods", periods)
@@ -497,12 +501,12 @@ def frequency_response(
         _starts(starts, seed, first, chosen, start), float(settle_periods), float(periods),
         {} if workers is None else {"workers": workers},
     )  # fmt: skip
-    values = chosen.values(number)
+    values = chosen.values(points)
     with Reporter(progress, "frequency response") as report:
-        report.say(f"simulating {number} values of {parameter}")
+        report.say(f"simulating {points} values of {parameter}")
         answers = simulation.answers(values)
         following = Following(parameter, steps or STEPS, STOP_WHEN, report.say)
-        search = _Search(simulation, chosen, following, most, depth)
+        search = _Search(simulation, chosen, following, most_branches, depth)
         try:
             search.without_impacts(values)
             search.branches(answers)
@@ -534,10 +538,15 @@ class _Search:
     """Curves found so far."""
 
     def __init__(
-        self, simulation: Simulation, band: Band, following: Following, most: int, depth: int
+        self,
+        simulation: Simulation,
+        band: Band,
+        following: Following,
+        most_branches: int,
+        depth: int,
     ) -> None:
         self.simulation, self.band, self.following = simulation, band, following
-        self.most, self.depth = most, depth
+        self.most_branches, self.depth = most_branches, depth
         self.tree = Tree((band.low, band.high), following)
         self.curves: list[ResponseCurve] = []
         self.notes: list[str] = []
@@ -564,13 +573,13 @@ class _Search:
         size = max(
             (abs(a.value) for many in answers for a in many if math.isfinite(a.value)), default=1.0
         )
-        while len(self.tree.branches) < self.most and not self.interrupted:
+        while len(self.tree.branches) < self.most_branches and not self.interrupted:
             seed = self._next(answers, size or 1.0)
             if seed is None:
                 break
             self._follow(seed)
         for orbit in self._grazing():
-            if len(self.tree.branches) < self.most and not self.interrupted:
+            if len(self.tree.branches) < self.most_branches and not self.interrupted:
                 self._follow(orbit)
         left = {a.motion for many in answers for a in many if self._open(a, size or 1.0)}
         if left and not self.interrupted:
@@ -635,7 +644,7 @@ class _Search:
             self.failed[orbit.symbol] = TRIED_MOTIONS
             return
         before = len(self.tree.branches)
-        self.tree.grow(branch, self.depth, self.most)
+        self.tree.grow(branch, self.depth, self.most_branches)
         self.interrupted = self.interrupted or self.tree.interrupted
         for found in self.tree.branches[before:]:
             self.following.report(f"measuring {found.symbol}, {len(found)} points")
@@ -671,7 +680,7 @@ class _Search:
         guess = Guess(state[None], np.array([motion.period]))
         impacts = [Stop(*nearest.stop)]
         try:
-            orbit = find_orbit(system, guess, impacts=impacts, cycles=motion.cycles)
+            orbit = find_orbit(system, guess, stops=impacts, cycles=motion.cycles)
         except InvalidParameterError:
             return None
         return orbit if orbit.converged else None

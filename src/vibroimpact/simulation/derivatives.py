@@ -53,7 +53,7 @@ class MapDerivative:
 
 def map_derivative(
     system: System,
-    state: State,
+    start: State,
     *,
     impacts: int = 1,
     t_max: float = math.inf,
@@ -63,7 +63,7 @@ def map_derivative(
 
     Parameters
     ----------
-    system, state, impacts, t_max
+    system, start, impacts, t_max
         As for :func:`vibroimpact.simulate`. Where ``t_max`` ends the run, the derivative is that of
         the state at this time, however the events before it move.
     directions
@@ -87,8 +87,8 @@ def map_derivative(
     """
     check_counts(impacts, t_max)
     mechanism = mechanism_of(system)
-    compiled = compile_mechanism(mechanism, state, t_max)
-    begin(compiled, state)  # refuses the same states as simulate
+    compiled = compile_mechanism(mechanism, start, t_max)
+    begin(compiled, start)  # refuses the same states as simulate
     rows = 2 * mechanism.degrees + len(mechanism.forces)
     seeds = np.eye(rows) if directions is None else numbers("directions", directions)
     if seeds.ndim != 2 or seeds.shape[0] != rows:
@@ -98,7 +98,7 @@ def map_derivative(
 
     def derivative(impacts: int) -> Any:
         return compiled.kernel.tangents(
-            list(state.position), list(state.velocity), phases_of(mechanism, state.phase),
+            list(start.position), list(start.velocity), phases_of(mechanism, start.phase),
             np.ascontiguousarray(seeds), t_max, flight_limit_of(compiled),
             events_for(mechanism, impacts), impacts,
         )  # fmt: skip

@@ -121,7 +121,7 @@ class HybridRun(Result):
 def simulate_hybrid(
     system: HybridSystem,
     mode: str,
-    state: ArrayLike,
+    start: ArrayLike,
     *,
     phase: float = 0.0,
     events: int = 10_000,
@@ -135,7 +135,7 @@ def simulate_hybrid(
         A :class:`HybridSystem`.
     mode
         Name of the mode at the start. A guard that lies beyond its level there is crossed at once.
-    state
+    start
         Shape (n,).
     phase
         Phase of the first forcing line at the start, in radians.
@@ -166,9 +166,9 @@ def simulate_hybrid(
         raise refusal("t_max", t_max, "> 0")
     if t_max == math.inf:
         check_memory("events", events, 32 * system.states + 96, "Give t_max.")
-    y = numbers("state", state)
+    y = numbers("start", start)
     if y.shape != (system.states,) or y.dtype != float:
-        raise InvalidParameterError(f"state has shape {y.shape}; expected ({system.states},).")
+        raise InvalidParameterError(f"start has shape {y.shape}; expected ({system.states},).")
     given = GivenSystem(system, units_of(system, mode, y, t_max))
     at = _start(given, mode, y, real("phase", phase))
     horizon = t_max / given.units.time

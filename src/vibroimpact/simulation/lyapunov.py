@@ -108,7 +108,7 @@ class LyapunovEstimate(Result):
 
 
 def lyapunov_exponent(
-    system: System, state: State, *, impacts: int = 20_000, settle_impacts: int = 1000
+    system: System, start: State, *, impacts: int = 20_000, settle_impacts: int = 1000
 ) -> LyapunovEstimate:
     """Estimate the largest Lyapunov exponent of a motion.
 
@@ -116,7 +116,7 @@ def lyapunov_exponent(
     ----------
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
-    state
+    start
         Initial state.
     impacts
         Length of the average, >= 1024. The error falls as 1 / sqrt(impacts) in chaos. A machine
@@ -150,7 +150,7 @@ def lyapunov_exponent(
     """
     check_count("impacts", impacts, FIRST_BLOCKS)
     check_count("settle_impacts", settle_impacts, 0)
-    motion = Simulator(system, state)
+    motion = Simulator(system, start)
     end = motion.settle(settle_impacts)
     if end not in GOES_ON:
         return no_exponent(end)

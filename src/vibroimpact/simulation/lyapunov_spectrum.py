@@ -210,11 +210,11 @@ class LyapunovSpectrum(Result):
 
 def lyapunov_spectrum(
     system: System,
-    state: State,
+    start: State,
     *,
     impacts: int = 20_000,
     settle_impacts: int = 1000,
-    count: int | None = None,
+    exponents: int | None = None,
 ) -> LyapunovSpectrum:
     """Estimate all Lyapunov exponents of a motion, or the largest of them.
 
@@ -222,14 +222,14 @@ def lyapunov_spectrum(
     ----------
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
-    state
+    start
         Initial state.
     impacts
         Length of the average, >= 1024. The errors fall as 1 / sqrt(impacts) in chaos.
     settle_impacts
         Impacts (at all stops) to discard first, >= 0; the first sixteenth of ``impacts`` is
         discarded besides, while the tangents turn.
-    count
+    exponents
         Number of exponents, the largest, 1 to m; default: all m.
 
     Returns
@@ -276,16 +276,16 @@ def lyapunov_spectrum(
     mechanism = mechanism_of(system)
     lines = max(len(mechanism.forces) - 1, 0)
     carried = 2 * mechanism.degrees - len(mechanism.massless) - (not mechanism.forces)
-    if count is not None:
-        check_count("count", count, 1, carried + lines)
-    wanted = carried + lines if count is None else int(count)
+    if exponents is not None:
+        check_count("exponents", exponents, 1, carried + lines)
+    wanted = carried + lines if exponents is None else int(exponents)
     check_memory("impacts", impacts, 8 * (carried + 4), "Take fewer.")
-    motion = Simulator(system, state)
+    motion = Simulator(system, start)
     end = motion.settle(settle_impacts)
     if end not in GOES_ON:
         return _without(wanted, end, end.sentence)
     if needs_elements(mechanism):
-        return _from_events(motion, int(impacts), wanted, carried + lines, count)
+        return _from_events(motion, int(impacts), wanted, carried + lines, exponents)
     settled = motion.at
     found = _Growth(motion, min(wanted, carried))
     end = found.record(int(impacts))
@@ -294,7 +294,7 @@ def lyapunov_spectrum(
         return _from_events(motion, int(impacts), wanted, carried + lines, None)
     if found.reason:
         return _without(wanted, end, found.reason)
-    return _estimated(found.arrays(), end, lines, wanted, count is None)
+    return _estimated(found.arrays(), end, lines, wanted, exponents is None)
 
 
 def _from_events(

@@ -181,11 +181,11 @@ def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:
 
 def section(
     system: System,
-    state: State,
+    start: State,
     *,
     at: At | None = None,
     points: int = 2000,
-    settle: int = 1000,
+    settle_events: int = 1000,
 ) -> Section:
     """Record the states of a motion on a section.
 
@@ -193,7 +193,7 @@ def section(
     ----------
     system
         A :class:`~vibroimpact.Mechanism`, or anything with one.
-    state
+    start
         Initial state of the motion.
     at
         Where the points are: ``AtStop("B", contact=1)``, after the impacts at one stop;
@@ -202,7 +202,7 @@ def section(
         the force; without forcing at its changes.
     points
         Points to record, >= 1.
-    settle
+    settle_events
         Impacts (at all stops), forcing periods or changes to discard first, >= 0.
 
     Returns
@@ -244,20 +244,20 @@ def section(
     [0.2, 0.2, 0.2]
     """
     check_count("points", points, 1)
-    check_count("settle", settle, 0)
+    check_count("settle_events", settle_events, 0)
     at = place_in(system, at)
     check_points(system, at, points)
-    motion = Simulator(system, state)
+    motion = Simulator(system, start)
     match at:
         case AtStop():
-            end = motion.settle(settle)
+            end = motion.settle(settle_events)
             whole = end is RunEnd.IMPACTS
             return take_impacts(motion, at, points) if whole else _empty(motion, at, end)
         case AtPhase():
-            announcement = Announcement("settle + points", settle + points)
-            return take_strobes(motion, at, points, settle, announcement=announcement)
+            announcement = Announcement("settle_events + points", settle_events + points)
+            return take_strobes(motion, at, points, settle_events, announcement=announcement)
         case AtChange():
-            return take_changes(motion, at, points, settle)[0]
+            return take_changes(motion, at, points, settle_events)[0]
 
 
 def check_points(system: System, at: At, points: int) -> None:
@@ -336,7 +336,7 @@ def take_changes(
     parts: list[Any] = []
     rows: list[tuple[Any, NDArray[np.intp], Codes]] = []
     found, spent, end = -discard, 0, RunEnd.EVENTS
-    before, announcement = motion.at.mode, Announcement("settle + points", discard + points)
+    before, announcement = motion.at.mode, Announcement("settle_events + points", discard + points)
     while found < points and end in GOES_ON:
         announcement.after(found + discard)
         begin, missing = motion.at, points - found

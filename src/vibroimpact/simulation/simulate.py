@@ -397,16 +397,16 @@ def phase_after(mechanism: Mechanism, phase: Phase, start: float, time: Phase) -
     return phase
 
 
-def begin(compiled: Compiled, state: State) -> Any:
+def begin(compiled: Compiled, start: State) -> Any:
     """Position of a state in the kernel; a state behind a stop is refused."""
     m = compiled.mechanism
-    check_kind("state", state, State, "a State")
-    if len(state.position) != m.degrees:
+    check_kind("start", start, State, "a State")
+    if len(start.position) != m.degrees:
         raise InvalidParameterError(
-            f"position has shape ({len(state.position)},); expected ({m.degrees},)."
+            f"position has shape ({len(start.position)},); expected ({m.degrees},)."
         )
     report = compiled.kernel.start(
-        list(state.position), list(state.velocity), phases_of(m, state.phase)
+        list(start.position), list(start.velocity), phases_of(m, start.phase)
     )
     for i, contact in enumerate(m.rigid_stops):
         for name, gaps, limit in (
@@ -415,7 +415,7 @@ def begin(compiled: Compiled, state: State) -> Any:
         ):
             if gaps[i] < -report["eps"][i]:
                 raise InvalidParameterError(
-                    f"position = {state.position}: lies {-gaps[i]:.6g} behind the {name} stop "
+                    f"position = {start.position}: lies {-gaps[i]:.6g} behind the {name} stop "
                     f"{limit:.6g} of contact {i}; gaps must be >= 0. Move the state into the "
                     "clearance, or put it on the stop (its method on_stop)."
                 )
@@ -458,14 +458,14 @@ def record_bytes(m: Mechanism) -> int:
     return 2 * 8 * (6 * m.degrees + len(m.forces) + 8)
 
 
-def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float = math.inf) -> Run:
+def simulate(system: System, start: State, *, impacts: int = 1000, t_max: float = math.inf) -> Run:
     """Simulate until a number of impacts or a time is reached.
 
     Parameters
     ----------
     system
         A :class:`Mechanism`, or anything with a ``mechanism``, such as :class:`ImpactDamper`.
-    state
+    start
         Initial state: inside the clearance, or on a stop with any departing speed down to zero;
         on a stop and approaching it, it impacts at t = 0. Soft stops and friction take the states
         that last there: a mass beyond a soft stop begins pressed.
@@ -507,8 +507,8 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
     size = record_bytes(mechanism)
     if t_max == math.inf:
         check_memory("impacts", impacts, size, "Give t_max, or take vi.section.")
-    compiled = compile_mechanism(mechanism, state, t_max)
-    at = begin(compiled, state)
+    compiled = compile_mechanism(mechanism, start, t_max)
+    at = begin(compiled, start)
     first, first_mode = np.array(at.y), at.mode
     parts, why = [], RunEnd.MISSING
     remaining = int(impacts)
@@ -522,7 +522,7 @@ def simulate(system: System, state: State, *, impacts: int = 1000, t_max: float 
             if not compiled.add_code(part["code"]):
                 break
             remaining -= int(np.isin(part["status"], COUNTED).sum())
-    return assembled(system, state, compiled, first, first_mode, parts, why)
+    return assembled(system, start, compiled, first, first_mode, parts, why)
 
 
 def _record(

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import inspect
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from vibroimpact._core.checks import shown, unknown_keyword
+from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import key_of, resolve
 
 Observe = str | Observer | Sequence[str | Observer]
-
-OBSERVERS_ARE_FIXED = (
-    "the matching of attractors fixes the observers. For other observers take vi.sweep."
-)
 
 
 def observers_of(more: Observe) -> tuple[Observer, ...]:
@@ -37,17 +32,6 @@ def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
 LOST = "only the contents of a store are kept"  # after an interruption
 
 
-def check_options(name: str, options: Mapping[str, Any], *functions: Callable[..., Any]) -> None:
-    """Refuse options that neither a function takes nor those that it calls."""
-    parameters = [
-        p for function in functions for p in inspect.signature(function).parameters.values()
-    ]
-    known = list(dict.fromkeys(p.name for p in parameters if p.kind is not p.VAR_KEYWORD))
-    for option in options:
-        if option not in known:
-            raise unknown_keyword(name, option, known)
-
-
 def call_of(made_by: str, **own: Any) -> dict[str, str]:
     """Attributes of a dataset that say by which function it was made, and with which arguments of its own."""
 
@@ -62,9 +46,3 @@ def check_axes(over: Any, count: int, what: str, example: str) -> None:
     if not isinstance(over, Mapping) or len(over) != count:
         given = ", ".join(map(str, over)) if isinstance(over, Mapping) and over else shown(over)
         raise InvalidParameterError(f"over = {given}: must be {what}, such as {example}.")
-
-
-def refuse(options: Mapping[str, Any], name: str, why: str) -> None:
-    """Refuse an option of a sweep that the analysis itself sets."""
-    if name in options:
-        raise InvalidParameterError(f"{name} = {shown(options[name])}: must be left out; {why}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 from collections.abc import Callable
 from itertools import product
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibroimpact._core.checks import check_kind, shown
+from vibroimpact._core.checks import check_kind, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
 from vibroimpact.machines.json_text import system_of
@@ -24,7 +25,7 @@ from vibroimpact.sweeps.analyses.plane import multistability, plane
 from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.table import OBSERVERS
-from vibroimpact.sweeps.options import LOST, check_options
+from vibroimpact.sweeps.options import LOST
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
@@ -75,7 +76,9 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
             f"found: was made by none of {', '.join(MAKERS)}, or has lost its attributes."
         )
     make, shared = MAKERS[name]
-    check_options("rerun_sweep", options, make, sweep)
+    known = list(inspect.signature(make).parameters)
+    if unknown := [name for name in options if name not in known]:
+        raise unknown_keyword("rerun_sweep", unknown[0], known)
     try:
         made, given = _system(found, system), _arguments(found, shared)
     except InvalidParameterError:

@@ -117,16 +117,16 @@ class RandomStarts:
 
     Parameters
     ----------
-    count
+    starts
         Number of starts, >= 1.
     seed
         An integer in [0, 2^64): the same seed gives the same starts on every machine.
-    over
+    bounds
         (low, high), low < high, by name of a coordinate: x1, x2, ..., v1, v2, ..., phase [rad].
     base
         The state that gives the other coordinates.
-    first
-        Number of the first start, >= 0: ``first=1000`` continues the list of ``count=1000``.
+    skip
+        Starts of the list that are left out before, >= 0: ``skip=1000`` continues ``starts=1000``.
 
     Raises
     ------
@@ -147,28 +147,28 @@ class RandomStarts:
     (3, 2)
     """
 
-    count: int
+    starts: int
     seed: int
-    over: Mapping[str, tuple[float, float]] = field(hash=False)
+    bounds: Mapping[str, tuple[float, float]] = field(hash=False)
     base: State
-    first: int = 0
+    skip: int = 0
 
     def __post_init__(self) -> None:
-        check_count("count", self.count, 1)
+        check_count("starts", self.starts, 1)
         check_count("seed", self.seed, 0, LARGEST_SEED)
-        check_count("first", self.first, 0)
+        check_count("skip", self.skip, 0)
         ranges = {
-            name: ends_of(f"over[{name!r}]", self.over[name])
-            for name in _in_order(self.over, self.base)
+            name: ends_of(f"bounds[{name!r}]", self.bounds[name])
+            for name in _in_order("bounds", self.bounds, self.base)
         }
-        object.__setattr__(self, "over", ranges)
+        object.__setattr__(self, "bounds", ranges)
         size = 8 * (2 * len(self.base.position) + 1)
-        check_memory("count", self.count, 2 * size, "Take fewer, then continue with first=...")
+        check_memory("starts", self.starts, 2 * size, "Take fewer, then continue with skip=...")
 
     @property
     def dims(self) -> dict[str, int]:
         """One dimension: start."""
-        return {"start": self.count}
+        return {"start": self.starts}
 
     @property
     def coords(self) -> dict[str, tuple[str, Floats]]:
@@ -177,34 +177,34 @@ class RandomStarts:
 
     def block(self, place: tuple[slice, ...]) -> RandomStarts:
         """Starts of a range of numbers."""
-        low, high, _ = place[0].indices(self.count)
-        return RandomStarts(high - low, self.seed, self.over, self.base, self.first + low)
+        low, high, _ = place[0].indices(self.starts)
+        return RandomStarts(high - low, self.seed, self.bounds, self.base, self.skip + low)
 
     def states(self) -> States:
         """States of all starts."""
-        return varied(self.base, self._drawn(), self.count)
+        return varied(self.base, self._drawn(), self.starts)
 
     def describe(self) -> dict[str, Any]:
         """Seed, numbers, ranges and base."""
-        ranges = {name: list(ends) for name, ends in self.over.items()}
+        ranges = {name: list(ends) for name, ends in self.bounds.items()}
         return {
             "kind": "random",
             "seed": int(self.seed),
-            "first": int(self.first),
-            "count": int(self.count),
-            "over": ranges,
+            "skip": int(self.skip),
+            "starts": int(self.starts),
+            "bounds": ranges,
             "base": _plain(self.base),
         }
 
     def _drawn(self) -> dict[str, Floats]:
-        """Drawn coordinates, each (count,)."""
-        bits = np.random.PCG64(self.seed).advance(self.first * len(self.over))
-        raw = bits.random_raw(self.count * len(self.over)).reshape(self.count, len(self.over))
+        """Drawn coordinates, each (starts,)."""
+        bits = np.random.PCG64(self.seed).advance(self.skip * len(self.bounds))
+        raw = bits.random_raw(self.starts * len(self.bounds)).reshape(self.starts, len(self.bounds))
         unit = (raw >> np.uint64(11)).astype(np.float64) * RANDOM_SPACING
-        ends = self.over.values()
+        ends = self.bounds.values()
         return {
             name: low + (high - low) * unit[:, i]
-            for i, (name, (low, high)) in enumerate(zip(self.over, ends, strict=True))
+            for i, (name, (low, high)) in enumerate(zip(self.bounds, ends, strict=True))
         }
 
 
@@ -244,7 +244,7 @@ class GridStarts:
     base: State
 
     def __post_init__(self) -> None:
-        _in_order(self.over, self.base)
+        _in_order("over", self.over, self.base)
         axes = {name: axis_of("over", name, values) for name, values in self.over.items()}
         object.__setattr__(self, "over", {name: tuple(a.tolist()) for name, a in axes.items()})
 
@@ -282,16 +282,16 @@ Many = RandomStarts | GridStarts | ListedStarts
 Start = State | Many
 
 
-def _in_order(over: Any, base: Any) -> list[str]:
-    """Names in ``over``, in the order x1, ..., v1, ..., phase; others are refused."""
+def _in_order(argument: str, by_name: Any, base: Any) -> list[str]:
+    """Names of coordinates, in the order x1, ..., v1, ..., phase; others are refused."""
     check_kind("base", base, State, "a State")
     known = names_of_state(len(base.position))
-    if not isinstance(over, Mapping) or not over:
-        raise refusal("over", over, f"a dictionary with at least one of {', '.join(known)}")
-    unknown = [name for name in over if name not in known]
+    if not isinstance(by_name, Mapping) or not by_name:
+        raise refusal(argument, by_name, f"a dictionary with at least one of {', '.join(known)}")
+    unknown = [name for name in by_name if name not in known]
     if unknown:
-        raise refusal("over", unknown[0], f"one of {', '.join(known)}")
-    return [name for name in known if name in over]
+        raise refusal(argument, unknown[0], f"one of {', '.join(known)}")
+    return [name for name in known if name in by_name]
 
 
 def _plain(state: State) -> dict[str, Any]:

@@ -103,7 +103,7 @@ class CircleBranch(Result):
             .assign({name: ("point", getattr(self, name)) for name in of_all} | each)
             .assign(normal_exponents=(("point", "normal"), self.normal_exponents))
             .assign_attrs(
-                subject=repr(self.circles[0].subject), signature=repr(self.circles[0].signature)
+                system=repr(self.circles[0].system), signature=repr(self.circles[0].signature)
             )
         )
 

@@ -70,7 +70,7 @@ class Circle(Result):
 
     Attributes
     ----------
-    subject
+    system
         The system, or the :class:`ExplicitMap`.
     signature
         Impacts and cycles of one iterate of P; None for a formula.
@@ -94,7 +94,7 @@ class Circle(Result):
         "converged", or a sentence with the reason of the failure.
     """
 
-    subject: System | ExplicitMap
+    system: System | ExplicitMap
     signature: Signature | None
     parameter: str
     value: float

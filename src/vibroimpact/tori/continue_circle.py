@@ -18,6 +18,7 @@ Reference   [schilder2005]; theory.md, "Invariant circles"
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -27,8 +28,6 @@ from vibroimpact._core.checks import (
     check_count,
     check_flag,
     check_kind,
-    check_progress,
-    positive,
     range_of,
     refusal,
 )
@@ -38,7 +37,7 @@ from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact.branches.kinds import GR
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.curve import End, Stopped
-from vibroimpact.continuation.walk import CurveProgress
+from vibroimpact.continuation.walk import CurveProgress, Steps, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.normal_forms.kind import PointKind
@@ -64,23 +63,11 @@ from vibroimpact.tori.solve import (
     tangent,
 )
 
-LEAST_TURN_COSINE = 0.8  # neighbouring tangents have a larger cosine of their angle
 STEP_GROWTH = 1.6  # a step that succeeds is followed by one that is longer by this factor
 STEP_REDUCTION = 0.5  # a step that fails is multiplied by this factor
 LOCATED_OF_RANGE = 1e-9  # (4) is located so well, relative to the range of the parameter
 MOST_TRIED_CIRCLES = 40  # (4) tries so many circles at most
-
-
-@dataclass(frozen=True)
-class _Steps:
-    """Step lengths as shares of the range, the number of points, and what a circle may need."""
-
-    first: float
-    least: float
-    largest: float
-    points: int
-    tolerance: float
-    most_nodes: int
+STEPS = Steps(first=0.02, least=1e-4, largest=0.1, tolerance=TOLERANCE, turn=0.6435, points=100)
 
 
 def continue_circle(
@@ -88,12 +75,8 @@ def continue_circle(
     parameter: str,
     bounds: tuple[float, float],
     *,
+    steps: Steps | None = None,
     both: bool = True,
-    first: float = 0.02,
-    least: float = 1e-4,
-    largest: float = 0.1,
-    points: int = 100,
-    tolerance: float = TOLERANCE,
     most_nodes: int = MOST_NODES,
     progress: ProgressOption = False,
 ) -> CircleBranch:
@@ -107,13 +90,13 @@ def continue_circle(
         Name of the parameter; "p" for a formula.
     bounds
         (low, high) of the parameter, with the circle's own value between.
+    steps
+        By default ``Steps(first=0.02, least=1e-4, largest=0.1, tolerance=1e-10, turn=0.6435,
+        points=100)``: lengths in units of the circle's sizes and of the range, the tolerance of
+        :func:`find_circle`, the largest turn from one circle to the next, and their number.
     both
         Follow it in both directions; else towards larger values only.
-    first, least, largest
-        Lengths of the first, shortest and longest step, as shares of the range, > 0.
-    points
-        Number of circles after which each direction stops, >= 1.
-    tolerance, most_nodes
+    most_nodes
         As of :func:`find_circle`.
     progress
         True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
@@ -150,25 +133,18 @@ def continue_circle(
     if not circle.converged:
         raise refusal("circle", circle, "converged")
     check_flag("both", both)
-    first, least, largest = (
-        positive(name, step)
-        for name, step in (("first", first), ("least", least), ("largest", largest))
-    )
-    if not least <= first <= largest:
-        raise InvalidParameterError(
-            f"first = {first}: must be between least = {least} and largest = {largest}."
-        )
-    check_count("points", points, 1)
     check_count("most_nodes", most_nodes, FEWEST_NODES)
-    check_progress(progress)
-    steps = _Steps(first, least, largest, points, positive("tolerance", tolerance), most_nodes)
+    check_steps(steps, progress)
+    steps = steps or STEPS
     value = _value(circle, parameter)
     low, high = range_of("bounds", bounds, parameter, value)
     circle_map = _map_along(circle, parameter, (low, high))
-    family = _Family(circle_map, parameter, (low, high), steps)
+    family = _Family(circle_map, parameter, (low, high), steps, int(most_nodes))
     begin = family.solved(replace(circle.trial, p=value), None)
     if begin.status != FOUND:
-        raise refusal("circle", circle, f"a solution at the tolerance {tolerance}", begin.status)
+        raise refusal(
+            "circle", circle, f"a solution at the tolerance {steps.tolerance}", begin.status
+        )
     start = family.circle(begin)
     backward = _Walked([start], [], End(Stopped.NOT_FOLLOWED))
     with Reporter(progress, "circles") as report:
@@ -191,17 +167,17 @@ def continue_circle(
 def _value(circle: Circle, parameter: str) -> float:
     """Value of the parameter at the circle."""
     check_kind("parameter", parameter, str, "the name of a parameter")
-    if isinstance(circle.subject, ExplicitMap):
+    if isinstance(circle.system, ExplicitMap):
         if parameter != "p":
             raise refusal("parameter", parameter, '"p" for a formula')
         return circle.value
-    value = parameter_value(circle.subject, parameter)
+    value = parameter_value(circle.system, parameter)
     return circle.value if circle.parameter == parameter else value
 
 
 def _map_along(circle: Circle, parameter: str, bounds: tuple[float, float]) -> CircleMap:
     """The map of a circle with its derivative by the parameter, which must keep its symmetry."""
-    circle_map, system = circle.map, circle.subject
+    circle_map, system = circle.map, circle.system
     if isinstance(system, ExplicitMap) or not isinstance(circle_map, SignatureMap):
         return circle_map
     circle_map = replace(circle_map, system=system, parameter=parameter)
@@ -223,7 +199,8 @@ class _Family:
     map: CircleMap
     parameter: str
     bounds: tuple[float, float]
-    steps: _Steps
+    steps: Steps
+    most_nodes: int
 
     @property
     def unit(self) -> float:
@@ -234,7 +211,7 @@ class _Family:
         """Circle near a guess."""
         return solve(
             self.map, guess, along=along, tolerance=self.steps.tolerance,
-            most_nodes=self.steps.most_nodes,
+            most_nodes=self.most_nodes,
         )  # fmt: skip
 
     def circle(self, found: Solved) -> Circle:
@@ -264,7 +241,7 @@ def _walk(family: _Family, start: Circle, sense: float, report: CurveProgress) -
     found = Solved(trial, start.residual, FOUND, images)
     zero = np.zeros_like(trial.points)
     along = family.tangent(found, Direction(zero, 0.0, sense, family.unit))
-    length = family.steps.first
+    length = min(max(family.steps.first, family.steps.least), family.steps.largest)
     try:
         while len(done.circles) < family.steps.points:
             step = _step(family, found, along, length)
@@ -298,7 +275,7 @@ def _step(
     Or the reason why even the shortest step fails.
     """
     sizes, why = family.map.sizes, ""
-    most = family.steps.most_nodes
+    most = family.most_nodes
     count = min(nodes_needed(found.trial.points, sizes, family.steps.tolerance), most)
     origin = found.trial.at_nodes(count)
     while length >= family.steps.least:
@@ -314,7 +291,7 @@ def _step(
             after = family.solved(guess, along)
         if after.status == FOUND:
             there = family.tangent(after, along)
-            if _cosine(along, there) > LEAST_TURN_COSINE or _passed_centre(
+            if _cosine(along, there) > math.cos(family.steps.turn) or _passed_centre(
                 found.trial, after.trial
             ):
                 return after, there, max(length, family.steps.least), at_bound
@@ -370,7 +347,7 @@ def _ended(family: _Family, last: Circle, why: str) -> End:
         f"{last.least_angle:.2g}, clearance {last.clearance_to_grazing:.3g}, impact speed "
         f"{last.least_impact_speed:.3g}"
     )
-    rough = last.nodes > family.steps.most_nodes / 4 or "nodes" in why
+    rough = last.nodes > family.most_nodes / 4 or "nodes" in why
     return End(Stopped.BREAKING if rough else Stopped.STEP, detail)
 
 

@@ -64,11 +64,11 @@ class CircleGuess(NamedTuple):
 
 
 def find_circle(
-    subject: System | ExplicitMap,
+    system: System | ExplicitMap,
     start: State | Section | BifurcationPoint | Circle | CircleGuess | Sequence[float],
     *,
     p: float | None = None,
-    impacts: Sequence[tuple[int, int] | str] | None = None,
+    stops: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
     symmetric: bool | None = None,
     settle_iterates: int = 4000,
@@ -80,7 +80,7 @@ def find_circle(
 
     Parameters
     ----------
-    subject
+    system
         A system, whose impact map is meant: the half map H of motion that its symmetry maps to
         itself, else the full map P; or a map given by a formula.
     start
@@ -91,7 +91,7 @@ def find_circle(
         For a formula: a point, shape (d,), to iterate from; a :class:`CircleGuess`; a circle.
     p
         Parameter of a formula; by default that of the circle, or 0.
-    impacts, cycles, symmetric
+    stops, cycles, symmetric
         Signature, as of :func:`find_orbit`; by default that of the motion. ``symmetric=False``
         solves on the full map.
     settle_iterates
@@ -114,7 +114,7 @@ def find_circle(
     Raises
     ------
     InvalidParameterError
-        A start of another kind, or one that does not go with the subject; a signature that no
+        A start of another kind, or one that does not go with the system; a signature that no
         motion can have; a point of a branch that is not a Neimark-Sacker point.
 
     Notes
@@ -137,19 +137,19 @@ def find_circle(
     check_memory("points", points, BYTES_PER_ITERATE, "Take fewer.")
     check_count("most_nodes", most_nodes, FEWEST_NODES)
     tolerance = positive("tolerance", tolerance)
-    if isinstance(subject, ExplicitMap):
-        for name, given in (("impacts", impacts), ("cycles", cycles), ("symmetric", symmetric)):
+    if isinstance(system, ExplicitMap):
+        for name, given in (("stops", stops), ("cycles", cycles), ("symmetric", symmetric)):
             if given is not None:
                 raise refusal(name, given, "left out for a formula")
-        started = _of_formula(subject, start, p, settle_iterates, points)
+        started = _of_formula(system, start, p, settle_iterates, points)
     else:
         if p is not None:
             raise refusal("p", p, "left out for a system", "Its fields are its parameters.")
-        mechanism_of(subject)
-        signature = _signature(subject, impacts, cycles, symmetric)
-        started = _of_system(subject, start, signature, symmetric, settle_iterates, points)
+        mechanism_of(system)
+        signature = _signature(system, stops, cycles, symmetric)
+        started = _of_system(system, start, signature, symmetric, settle_iterates, points)
     if started.trial is None or started.map is None:
-        return _missing(subject, started)
+        return _missing(system, started)
     circle = _solved(started.map, started.trial, tolerance, most_nodes)
     if isinstance(start, BifurcationPoint) and not circle.converged:
         advice = f"find one nearer to {start.label} at {start.parameter:.9g}, and continue_circle"
@@ -174,7 +174,7 @@ def circle_of(circle_map: CircleMap, trial: Trial, residual: float, status: str)
     for array in arrays:
         array.flags.writeable = False
     return Circle(
-        circle_map.subject(trial.p), impacting.signature if impacting else None,
+        circle_map.system_at(trial.p), impacting.signature if impacting else None,
         impacting.parameter if impacting else "", float(trial.p), *arrays,
         float(trial.rotation) % 1.0, float(residual), status, circle_map,
     )  # fmt: skip
@@ -191,15 +191,15 @@ def oriented(circle: Circle) -> Circle:
     )  # fmt: skip
 
 
-def _missing(subject: System | ExplicitMap, started: Started) -> Circle:
+def _missing(system: System | ExplicitMap, started: Started) -> Circle:
     """No circle, with the reason."""
-    if isinstance(subject, ExplicitMap):
-        nowhere: CircleMap = FormulaMap(subject)
-        d, m = subject.dimension, 0
+    if isinstance(system, ExplicitMap):
+        nowhere: CircleMap = FormulaMap(system)
+        d, m = system.dimension, 0
     else:
-        q = 2 * mechanism_of(subject).degrees + 1
+        q = 2 * mechanism_of(system).degrees + 1
         signature = started.signature or Signature((Stop(0, 1),), 1)
-        nowhere = SignatureMap(subject, signature, "", np.ones(q - 1))
+        nowhere = SignatureMap(system, signature, "", np.ones(q - 1))
         d, m = q - 1, 1
     trial = Trial(np.full((FEWEST_NODES, d), np.nan), np.nan, 0.0, np.ones((FEWEST_NODES, m)))
     circle = circle_of(nowhere, trial, np.inf, started.status)
@@ -211,8 +211,8 @@ def _missing(subject: System | ExplicitMap, started: Started) -> Circle:
 
 def second_iterate(circle: Circle) -> CircleMap:
     """Map of the second iterate; that of the half map is the full map."""
-    if isinstance(circle.subject, ExplicitMap):
-        return FormulaMap(replace(circle.subject, iterate=2 * circle.subject.iterate))
+    if isinstance(circle.system, ExplicitMap):
+        return FormulaMap(replace(circle.system, iterate=2 * circle.system.iterate))
     assert isinstance(circle.map, SignatureMap)
     return replace(circle.map, signature=_twice(circle.map.signature))
 
@@ -237,7 +237,7 @@ def _of_formula(
     formula: ExplicitMap, start: Any, p: float | None, settle_iterates: int, points: int
 ) -> Started:
     if isinstance(start, Circle):
-        if not isinstance(start.subject, ExplicitMap):
+        if not isinstance(start.system, ExplicitMap):
             raise refusal("start", start, "a circle of a formula")
         value = start.value if p is None else real("p", p)
         return Started(FormulaMap(formula), None, replace(start.trial, p=value))
@@ -270,18 +270,18 @@ def _odd(count: int) -> int:
 
 
 def _signature(
-    system: System, impacts: Any, cycles: int | None, symmetric: bool | None
+    system: System, stops: Any, cycles: int | None, symmetric: bool | None
 ) -> Signature | None:
     if symmetric is not None:
         check_flag("symmetric", symmetric)
-    if impacts is None:
+    if stops is None:
         if cycles is not None:
-            raise refusal("cycles", cycles, "given together with impacts")
+            raise refusal("cycles", cycles, "given together with stops")
         return None
     if cycles is None:
-        raise InvalidParameterError("cycles = None: must be given together with impacts.")
+        raise InvalidParameterError("cycles = None: must be given together with stops.")
     check_count("cycles", cycles, 0)
-    signature = Signature(stops_of(impacts), cycles, bool(symmetric))
+    signature = Signature(stops_of(stops), cycles, bool(symmetric))
     check_signature(mechanism_of(system), signature)
     return signature
 
@@ -300,7 +300,7 @@ def _of_system(
     if isinstance(start, State):
         return from_motion(system, start, signature, symmetric, settle_iterates, points)
     if signature is not None:
-        raise refusal("impacts", signature.impacts, "left out: the start has its own signature")
+        raise refusal("stops", signature.impacts, "left out: the start has its own signature")
     if isinstance(start, BifurcationPoint):
         return _from_point(system, start)
     if isinstance(start, Circle) and isinstance(start.map, SignatureMap):

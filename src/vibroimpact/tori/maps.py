@@ -60,7 +60,7 @@ class CircleMap(Protocol):
     def sizes(self) -> Floats:
         """Size of each coordinate, shape (d,)."""
 
-    def subject(self, p: float) -> System | ExplicitMap:
+    def system_at(self, p: float) -> System | ExplicitMap:
         """The system at the parameter p, or the formula."""
 
     def images(self, points: Floats, p: float, times: Floats) -> Images:
@@ -78,7 +78,7 @@ class FormulaMap:
         """Sizes of the formula's coordinates."""
         return np.array(self.formula.sizes[:-1])
 
-    def subject(self, p: float) -> ExplicitMap:  # noqa: ARG002 - it is no part of it
+    def system_at(self, p: float) -> ExplicitMap:  # noqa: ARG002 - it is no part of it
         """The formula, at any p."""
         return self.formula
 
@@ -114,7 +114,7 @@ class SignatureMap:
         compiled = compile_prescribed(self.system, self.parameter)
         return compiled.solved_coordinate(self.signature.first)
 
-    def subject(self, p: float) -> System:
+    def system_at(self, p: float) -> System:
         """The system at a value of the parameter."""
         return with_parameter(self.system, self.parameter, p) if self.parameter else self.system
 
@@ -167,7 +167,7 @@ class SignatureMap:
         if not self.parameter:
             return np.zeros(len(states))
         first, j = self.signature.impacts[0], self._left_out
-        varied = expanded(self.subject(p), self.parameter)
+        varied = expanded(self.system_at(p), self.parameter)
         row = varied.rigid_stops[first.contact].row
         slopes = np.array([_slope(r) for r in row])
         fixed = self.problem.compiled(p).mechanism.rigid_stops[first.contact].row[j]

@@ -70,20 +70,20 @@ def nothing(status: str, signature: Signature | None = None) -> Started:
 
 def from_motion(
     system: System,
-    state: State,
+    start: State,
     given: Signature | None,
     symmetric: bool | None,
-    settle: int,
+    settle_iterates: int,
     points: int,
 ) -> Started:
     """Guess from a motion, settled for so many iterates, from so many iterates of the map.
 
     Without a given signature, that of the motion; ``symmetric`` False leaves out its symmetry.
     """
-    motion, found = Simulator(system, state), nothing("")
+    motion, found = Simulator(system, start), nothing("")
     word = len(given.impacts) if given else 2
     for _ in range(MOST_SETTLINGS):
-        end = motion.settle(settle * word)
+        end = motion.settle(settle_iterates * word)
         if end is not RunEnd.IMPACTS:
             return nothing(f"the motion does not go on impacting: {end.sentence}")
         record = motion.record(points * word + LONGEST_WORD)
@@ -100,7 +100,7 @@ def from_motion(
         found, settled = _from_record(system, record, signature)
         if settled:
             return found
-        settle *= 4
+        settle_iterates *= 4
     return found
 
 
@@ -219,13 +219,15 @@ def _no_circle(kind: InvariantSet) -> str:
 # ---- formulas ------------------------------------------------------------------------------------
 
 
-def from_iterates(formula: ExplicitMap, x: Floats, p: float, settle: int, points: int) -> Started:
+def from_iterates(
+    formula: ExplicitMap, x: Floats, p: float, settle_iterates: int, points: int
+) -> Started:
     """Guess from the iterates of a formula."""
     circle_map = FormulaMap(formula)
     found = nothing("")
     for _ in range(MOST_SETTLINGS):
         orbit = np.empty((points, formula.dimension))
-        for _ in counting("settle", settle):
+        for _ in counting("settle_iterates", settle_iterates):
             x = formula(x, p)
         for i in range(points):
             orbit[i] = x = formula(x, p)
@@ -245,7 +247,7 @@ def from_iterates(formula: ExplicitMap, x: Floats, p: float, settle: int, points
             found = nothing(_no_circle(kind))
         if kind.settled:
             return found
-        settle = max(4 * settle, points)
+        settle_iterates = max(4 * settle_iterates, points)
     return found
 
 

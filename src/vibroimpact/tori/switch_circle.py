@@ -33,7 +33,7 @@ CRITICAL_EXPONENT = 1e-3  # a leading exponent that is so near to 0 is that of t
 
 
 def switch_circle(
-    event: BifurcationPoint,
+    point: BifurcationPoint,
     *,
     amplitude: float = 0.05,
     tolerance: float = TOLERANCE,
@@ -43,7 +43,7 @@ def switch_circle(
 
     Parameters
     ----------
-    event
+    point
         A torus doubling of a family, ``family["PD1"]``.
     amplitude
         Distance from the circle, as a share of its radius, in (0, 1).
@@ -78,10 +78,10 @@ def switch_circle(
     >>> bool(np.allclose(doubled.points[:, 2]**2, doubled.value - 1.0))  # z^2 = p - 1
     True
     """
-    check_kind("event", event, BifurcationPoint, "a special point of a family of circles")
-    circle = event.orbit
-    if event.record != PD or not isinstance(circle, Circle):
-        raise refusal("event", event, "a torus doubling", 'Take family["PD1"].')
+    check_kind("point", point, BifurcationPoint, "a special point of a family of circles")
+    circle = point.orbit
+    if point.record != PD or not isinstance(circle, Circle):
+        raise refusal("point", point, "a torus doubling", 'Take family["PD1"].')
     distance = share("amplitude", amplitude)
     tolerance = positive("tolerance", tolerance)
     check_count("most_nodes", most_nodes, FEWEST_NODES)

@@ -216,14 +216,14 @@ class ForceRecord(Result):
         """The record with all values multiplied by a factor."""
         return replace(self, values=self.values * real("factor", factor))
 
-    def influence(self, m: Mechanism) -> Floats:
+    def influence(self, mechanism: Mechanism) -> Floats:
         """Force on each coordinate of a mechanism per unit of the record, shape (n,)."""
-        n = m.degrees
+        n = mechanism.degrees
         if self.row is None:
             carried = np.ones(n) if self.kind == "base" else np.eye(n)[0]
         else:
-            carried = Peak(self.row).coefficients(m)
-        return -np.array(m.mass) @ carried if self.kind == "base" else carried
+            carried = Peak(self.row).coefficients(mechanism)
+        return -np.array(mechanism.mass) @ carried if self.kind == "base" else carried
 
     def pieces(self, after: float = 0.0) -> Pieces:
         """Its straight pieces, samples on a common line merged, and a piece without force after it.

@@ -150,11 +150,11 @@ class FreeDecay(Result):
         m = mechanism_of(self.run.system)
         return energies_of(self.run, self._signal.flights, m)
 
-    def histories(self, count: int = 4000) -> tuple[Floats, Floats, Floats | None]:
+    def histories(self, points: int = 4000) -> tuple[Floats, Floats, Floats | None]:
         """Times, the row less its value at rest, and the same of the machine without impacts."""
-        check_count("count", count, 2, MOST_SAMPLES)
+        check_count("points", points, 2, MOST_SAMPLES)
         span = float(self._signal.flights.durations.sum())
-        t = np.linspace(0.0, span, count)
+        t = np.linspace(0.0, span, points)
         without = None if self._without is None else self._without.at(t)
         return t, self._signal.at(t), without
 
@@ -169,17 +169,17 @@ class FreeDecay(Result):
             f"{without}; {self.impacts} impacts{f', last at {last}' if self.impacts else ''}"
         )
 
-    def to_dataset(self, count: int = 4000) -> xr.Dataset:
+    def to_dataset(self, points: int = 4000) -> xr.Dataset:
         """Histories, envelopes and energies as an xarray dataset.
 
         Parameters
         ----------
-        count
+        points
             Number of samples of the histories.
         """
         import xarray as xr
 
-        t, with_impacts, without = self.histories(count)
+        t, with_impacts, without = self.histories(points)
         energies, m = self.energies, mechanism_of(self.run.system)
         hit = self.run.impacts
         variables = {

@@ -168,21 +168,21 @@ class RecordResponse(Result):
 
     # ---- response quantities ---------------------------------------------------------------------
 
-    def measure(self, what: Measure | str) -> float:
+    def measure(self, measure: Measure | str) -> float:
         """Return any measure of the motion, from the first sample to the end.
 
         Parameters
         ----------
-        what
+        measure
             As :func:`~vibroimpact.measure_of` takes it: "peak x1", "rms v1", "peak x2 - x1",
             "impulse", "contact force 0", ...; powers are means over the duration. Rows as numbers
             have one entry for each coordinate of the machine.
         """
-        found = measure_of(what, self._m)
+        found = measure_of(self._m, measure)
         row = getattr(found, "row", "")
         if not isinstance(row, str):  # the record has no part in it
             found = replace(found, row=(*row, 0.0))  # type: ignore[call-arg]
-        found = measure_of(found, self.run.system)
+        found = measure_of(self.run.system, found)
         return float(found._of(self._flights).value)
 
     def peak(self, row: Row = "x1") -> float:
@@ -238,31 +238,31 @@ class RecordResponse(Result):
 
     # ---- as a dataset, as a picture --------------------------------------------------------------
 
-    def to_dataset(self, samples: ArrayLike | None = None) -> xr.Dataset:
+    def to_dataset(self, t: ArrayLike | None = None) -> xr.Dataset:
         """Histories, impacts and response quantities as an xarray dataset.
 
         Parameters
         ----------
-        samples
+        t
             Times of the histories; those of the record where left out.
         """
         import xarray as xr
 
         last = float(self._clock(np.array(self.duration)))
-        if samples is None:
+        if t is None:
             known = self.record.time[self.record.time <= latest(last)]
-            t = np.minimum(known, last)
+            times = np.minimum(known, last)
         else:
-            t = np.atleast_1d(numbers("samples", samples, "times"))
-            if t.ndim != 1:
-                raise refusal("samples", samples, "times, shape (k,)")
-        position, velocity = self.at(t)
+            times = np.atleast_1d(numbers("t", t, "times"))
+            if times.ndim != 1:
+                raise refusal("t", t, "times, shape (k,)")
+        position, velocity = self.at(times)
         n, hit = self._m.degrees, self.run.impacts
         names = [f"x{i + 1}" for i in range(n)]
         energies, both = self.energies, ("time", "coordinate")
         return xr.Dataset(
             {
-                "record": ("time", self.record.at(t)),
+                "record": ("time", self.record.at(times)),
                 "position": (both, position),
                 "velocity": (both, velocity),
                 "impact_time": ("impact", self.impact_times),
@@ -277,7 +277,7 @@ class RecordResponse(Result):
                 "energy_change": energies.end - energies.start,
                 "largest_impulse": self.largest_impulse,
             },
-            coords={"time": t, "coordinate": names, "part": element_labels(self._m)},
+            coords={"time": times, "coordinate": names, "part": element_labels(self._m)},
             attrs={
                 "system": repr(self.system), "record": repr(self.record), "end": self.end.name,
                 "end_reason": self.end.sentence,

@@ -126,7 +126,7 @@ class ResponseSpectrum(Result):
 
 def response_spectrum(
     record: ForceRecord,
-    frequencies: ArrayLike,
+    over: ArrayLike,
     zeta: float = 0.05,
     *,
     unit: Unit = "rad/s",
@@ -145,7 +145,7 @@ def response_spectrum(
     record
         A force, or the acceleration of the base: the coordinate is relative to the base then. Its
         row is of no account.
-    frequencies
+    over
         Natural frequencies, > 0, shape (k,), that turn 0.01 radians or more while the record lasts.
     zeta
         Damping ratio, in [0, 1).
@@ -188,11 +188,9 @@ def response_spectrum(
     check_kind("record", record, ForceRecord, "a ForceRecord")
     check_choice("unit", unit, list(TURN))
     check_progress(progress)
-    given = np.atleast_1d(numbers("frequencies", frequencies))
+    given = np.atleast_1d(numbers("over", over))
     if given.ndim != 1 or not given.size or np.any((given <= 0.0) | (given > HIGHEST_FREQUENCY)):
-        raise refusal(
-            "frequencies", frequencies, f"numbers > 0, at most {HIGHEST_FREQUENCY:g}, shape (k,)"
-        )
+        raise refusal("over", over, f"numbers > 0, at most {HIGHEST_FREQUENCY:g}, shape (k,)")
     ratio = nonnegative("zeta", zeta)
     if ratio >= 1.0:
         raise refusal("zeta", zeta, "in [0, 1)", "An overdamped oscillator has no frequency.")
@@ -201,7 +199,7 @@ def response_spectrum(
     lowest = LEAST_RADIANS / (record.time[-1] - record.time[0]) / TURN[unit]
     if np.any(given < lowest):
         raise refusal(
-            "frequencies", frequencies, f"at least {lowest:.3g}, {LEAST_RADIANS} radians in the record",
+            "over", over, f"at least {lowest:.3g}, {LEAST_RADIANS} radians in the record",
             "Slower oscillators stand still while the base moves.",
         )  # fmt: skip
     nothing = np.zeros(given.size)

@@ -22,6 +22,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import ProgressOption
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.measure import Peak, Row
@@ -35,18 +36,16 @@ from vibroimpact.sweeps.analyses.diagram import WAYS, Way, bifurcation_sweep
 from vibroimpact.sweeps.observers.extremes import Extremes
 from vibroimpact.sweeps.observers.impacts import Impacts
 from vibroimpact.sweeps.observers.rms import Rms
-from vibroimpact.sweeps.options import check_options, refuse, together
-from vibroimpact.sweeps.sweep import sweep
+from vibroimpact.sweeps.options import Observe, together
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Spacing = Literal["linear", "log"]
 QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
-DEFAULT_STEPS = 200  # a sweep has so many steps if none are given
-MOST_STEPS = 100_000
+DEFAULT_POINTS = 200  # a sweep has so many steps if none are given
+MOST_POINTS = 100_000
 LABEL = "swept"
-OWN = "the sweep in time sets it. Give band, steps or rate, and periods_per_step."
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,17 +167,23 @@ def _begins(lasting: Floats) -> Floats:
 def sine_sweep(
     system: System,
     parameter: str,
-    band: tuple[float, float],
+    bounds: tuple[float, float],
     *,
     row: Row = "x1",
     unit: Unit = "",
-    steps: int | None = None,
+    points: int | None = None,
     rate: float | None = None,
     spacing: Spacing = "linear",
     periods_per_step: int = 10,
     way: Way = "both",
     start: State | None = None,
-    **options: Any,
+    observe: Observe = (),
+    most_impacts: int | None = None,
+    backend: str = "threads",
+    workers: int | None = None,
+    client: Any = None,
+    tile: int | None = None,
+    progress: ProgressOption = True,
 ) -> SineSweep:
     """Sweep the forcing frequency slowly, up and down, and observe the response on the way.
 
@@ -188,16 +193,16 @@ def sine_sweep(
         System with a harmonic force.
     parameter
         Name of the forcing frequency; another parameter may be swept as well.
-    band
+    bounds
         (low, high), low < high.
     row
         What is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
     unit
         "Hz" for a band in hertz of a frequency in radians per second; by default that of the parameter.
-    steps
+    points
         Number of values from low to high, 200 where neither it nor ``rate`` is given.
     rate
-        Change of the parameter per time, > 0, instead of ``steps``, in the unit of the band; octaves
+        Change of the parameter per time, > 0, instead of ``points``, in the unit of the band; octaves
         per time for ``spacing="log"``.
     spacing
         "linear" or "log".
@@ -207,8 +212,10 @@ def sine_sweep(
         "up", "down", or "both": down from where up ended.
     start
         State at the first value; by default at rest.
-    **options
-        Of :func:`~vibroimpact.sweep`: observe, most_impacts, backend, workers, progress.
+    observe
+        Further observers.
+    most_impacts, backend, workers, client, tile, progress
+        As for :func:`~vibroimpact.sweep`.
 
     Returns
     -------
@@ -218,8 +225,8 @@ def sine_sweep(
     Raises
     ------
     InvalidParameterError
-        A band outside of what the system allows, both ``steps`` and ``rate``, a row of velocities,
-        more than 10^5 steps.
+        A band outside of what the system allows, both ``points`` and ``rate``, a row of velocities,
+        more than 10^5 of them.
 
     Notes
     -----
@@ -231,33 +238,32 @@ def sine_sweep(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=8.0, omega=1.0)
-    >>> swept = vi.sine_sweep(damper, "omega", (0.8, 1.2), steps=41, progress=False)
+    >>> swept = vi.sine_sweep(damper, "omega", (0.8, 1.2), points=41, progress=False)
     >>> swept.peak.shape, bool(swept.peak.max() < 25.0)
     ((2, 41), True)
     """
     if not mechanism_of(system).forces:
         raise InvalidParameterError("system: has no harmonic force to be swept. Give it forces.")
-    chosen = band_of(system, parameter, band, unit)
+    chosen = band_of(system, parameter, bounds, unit)
     check_choice("spacing", spacing, ("linear", "log"))
     check_choice("way", way, WAYS)
     check_count("periods_per_step", periods_per_step, 1)
     check_kind("start", start, (State, type(None)), "a State, or None for rest")
-    check_options("sine_sweep", options, sine_sweep, sweep)
-    for name in ("over", "follow", "settle_periods", "periods", "store"):
-        refuse(options, name, OWN)
     measure = Peak(row)
     if measure.derivatives:
         raise refusal("row", row, 'a row of coordinates, such as "x1" or "x2 - x1"')
     m = mechanism_of(system)
     coefficients = tuple(measure.coefficients(m).tolist())
     if spacing == "log" and chosen.low <= 0.0:
-        raise refusal("band", band, "above 0 for spacing = 'log'")
-    values = _values(system, chosen, steps, rate, spacing, periods_per_step)
+        raise refusal("bounds", bounds, "above 0 for spacing = 'log'")
+    values = _values(system, chosen, points, rate, spacing, periods_per_step)
     own = [Extremes(row=coefficients, label=LABEL), Rms(row=coefficients, label=LABEL), Impacts()]
-    observers = together(own, options.pop("observe", ()))
+    observers = together(own, observe)
     members = bifurcation_sweep(
         system, over={parameter: values}, start=start or _rest(m.degrees), way=way, at=AtPhase(),
-        points=1, observe=observers, settle_periods=0, periods=periods_per_step, **options,
+        points=1, observe=observers, settle_periods=0, periods=periods_per_step,
+        most_impacts=most_impacts, backend=backend, workers=workers, client=client, tile=tile,
+        progress=progress,
     )  # fmt: skip
     return SineSweep(system, chosen, measure.text, int(periods_per_step), members)
 
@@ -269,19 +275,19 @@ def _rest(n: int) -> State:
 def _values(
     system: System,
     band: Band,
-    steps: int | None,
+    points: int | None,
     rate: float | None,
     spacing: Spacing,
     periods: int,
 ) -> Floats:
     """Values of the steps in the unit of the parameter, (1)."""
-    if steps is not None and rate is not None:
+    if points is not None and rate is not None:
         raise InvalidParameterError(
-            f"steps = {shown(steps)}, rate = {shown(rate)}: give one of them. With a rate the number of steps follows."
+            f"points = {shown(points)}, rate = {shown(rate)}: give one of them. With a rate their number follows."
         )
     if rate is None:
-        count = DEFAULT_STEPS if steps is None else steps
-        check_count("steps", count, 2, MOST_STEPS)
+        count = DEFAULT_POINTS if points is None else points
+        check_count("points", count, 2, MOST_POINTS)
         space = np.geomspace if spacing == "log" else np.linspace
         return np.asarray(space(band.low, band.high, count))
     own = positive("rate", rate)
@@ -291,8 +297,8 @@ def _values(
     change = math.log2(band.high / band.low) if spacing == "log" else band.high - band.low
     found = [band.low]
     most = change / (own * min(lasting(band.low), lasting(band.high)))
-    if not most <= MOST_STEPS:
-        raise refusal("rate", rate, f"so fast that there are at most {MOST_STEPS} steps")
+    if not most <= MOST_POINTS:
+        raise refusal("rate", rate, f"so fast that there are at most {MOST_POINTS} steps")
     while found[-1] < band.high:
         change = own * lasting(found[-1])
         found.append(found[-1] * 2.0**change if spacing == "log" else found[-1] + change)

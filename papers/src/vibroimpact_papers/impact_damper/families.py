@@ -7,7 +7,7 @@ with exact derivatives; it need not attract.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -18,7 +18,7 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.simulation.simulator import Simulator
 from vibroimpact.tori.branch import CircleBranch
 from vibroimpact.tori.circle import Circle
-from vibroimpact.tori.continue_circle import continue_circle
+from vibroimpact.tori.continue_circle import STEPS, continue_circle
 from vibroimpact.tori.find import find_circle
 from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
@@ -91,9 +91,11 @@ def family_of(
     start = min(smooth, key=lambda c: c.nodes)
     shown = [*frequencies(chosen), *plan.sweeps[chosen.name].grid()]
     branch = continue_circle(
-        start, "omega", (min(shown), max(shown)), points=plan.family_points,
-        most_nodes=plan.family_nodes, first=plan.family_step, least=plan.family_step / 10.0,
-        largest=4.0 * plan.family_step,
+        start, "omega", (min(shown), max(shown)), most_nodes=plan.family_nodes,
+        steps=replace(
+            STEPS, first=plan.family_step, least=plan.family_step / 10.0,
+            largest=4.0 * plan.family_step, points=plan.family_points,
+        ),
     )  # fmt: skip
     locked = {n: locked_at(chosen, results[n].omega) for n, c in found.items() if not c.converged}
     return Family(chosen.name, branch, found, {n: pq for n, pq in locked.items() if pq})
@@ -139,8 +141,8 @@ def circle_fold(chosen: ParameterSet, critical: float, side: int) -> Bifurcation
     if not circle.converged:
         return None
     bounds = critical - 8.0 * reach, critical + 8.0 * reach
-    family = continue_circle(circle, "omega", bounds, points=14, first=0.05, largest=0.15,
-                             most_nodes=101)  # fmt: skip
+    family = continue_circle(circle, "omega", bounds, most_nodes=101,
+                             steps=replace(STEPS, first=0.05, largest=0.15, points=14))  # fmt: skip
     return next((e for e in family.special_points if e.kind == "SN"), None)
 
 

@@ -127,9 +127,9 @@ def torus_doubling(claim: Claim, evidence: Evidence) -> RuleResult:
     leading = family.leading
     least = float(leading.min())
     below = listed(
-        f"ω = {circle.subject.omega:.10g}: {circle.status}"  # type: ignore[union-attr]
+        f"ω = {circle.system.omega:.10g}: {circle.status}"  # type: ignore[union-attr]
         for circle in family.at_panels.values()
-        if not circle.converged and circle.subject.omega < low  # type: ignore[union-attr]
+        if not circle.converged and circle.system.omega < low  # type: ignore[union-attr]
     )
     return rule_result(
         bool(doubled),

@@ -173,7 +173,7 @@ def critical_point(name: str, bifurcation: Bifurcation) -> CriticalPoint:
 
 def appendix(forms: SegmentMap) -> Appendix:
     """Return the coefficients (1) of a map at a Neimark-Sacker point."""
-    form, paper = normal_form("NS", forms, parameter=False), centre_manifold(forms)
+    form, paper = normal_form("NS", forms, unfolded=False), centre_manifold(forms)
     assert isinstance(form, NeimarkSacker), form
     assert isinstance(paper, CentreManifold), paper.reason
     at, q, bar, H = Multilinear(forms), form.q, form.q.conj(), paper.H

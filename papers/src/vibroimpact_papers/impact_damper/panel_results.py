@@ -103,7 +103,10 @@ def _followed(chosen: ParameterSet, plan: Plan, omegas: Floats, state: State) ->
     steps: list[Step] = []
     for omega in omegas.tolist():
         found = section(
-            damper_of(chosen, omega), state, points=plan.sweep_points, settle=plan.sweep_settle
+            damper_of(chosen, omega),
+            state,
+            points=plan.sweep_points,
+            settle_events=plan.sweep_settle,
         )
         state = found.last if len(found) else state
         steps.append(Step(found, state))
@@ -130,7 +133,7 @@ def _points(attractor: Attractor) -> Floats:
     """Return the points of the last window, or the last period of a periodic orbit."""
     found, curve = attractor.section, attractor.shape.curve
     if curve is not None and curve.widest_gap > CLOSED * curve.length:
-        found = section(found.system, found.last, points=MORE_POINTS, settle=0)
+        found = section(found.system, found.last, points=MORE_POINTS, settle_events=0)
     points = np.column_stack([found.x1, found.v1])
     return points[-attractor.shape.period :] if attractor.shape.period else points
 

@@ -129,8 +129,8 @@ class Plan:
     def classification(self) -> dict[str, int]:
         """Return the arguments of `classify`."""
         return {
-            "settle": self.panel_settle,
-            "max_settle": self.panel_max_settle,
+            "settle_events": self.panel_settle,
+            "most_settle_events": self.panel_max_settle,
             "points": self.panel_points,
         }
 

@@ -348,7 +348,7 @@ def _families(found: Findings, pictures: Pictures) -> list[Block]:
 
 
 def _circle_row(name: str, c: Circle, locked: Mapping[str, tuple[int, int]]) -> list[Cell]:
-    omega = f"{c.value:.10g}" if c.parameter else f"{getattr(c.subject, 'omega', math.nan):.10g}"
+    omega = f"{c.value:.10g}" if c.parameter else f"{getattr(c.system, 'omega', math.nan):.10g}"
     if not c.converged:
         p, q = locked.get(name, (0, 0))
         end = f"; locked {p}/{q}" if q > 1 else ""

@@ -197,7 +197,7 @@ def doubled_growth(chosen: ParameterSet, flow: TwoFlow, omega: float, clearance:
     half = half_map(chosen, flow, omega, clearance)
     z = flow.periodic(mu_at(chosen, flow, omega, clearance))[0]
     guess = simulate(half.damper, half.state(z.real * flow.amplitude * flow.form.q0), impacts=4)
-    orbit = find_orbit(half.damper, guess, impacts="AB", cycles=1, symmetric=False)
+    orbit = find_orbit(half.damper, guess, stops="AB", cycles=1, symmetric=False)
     return float(logarithms(orbit.multipliers, 1.0 + 0j, 2).sum().real)
 
 

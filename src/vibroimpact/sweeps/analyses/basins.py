@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, share
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import interruptible
+from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.attractors.matching import MEMBER_DISTANCE
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
@@ -25,11 +26,8 @@ from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
     LOST,
-    OBSERVERS_ARE_FIXED,
     call_of,
     check_axes,
-    check_options,
-    refuse,
 )
 from vibroimpact.sweeps.starts import GridStarts
 from vibroimpact.sweeps.states import States
@@ -41,9 +39,23 @@ MATCHED_POINTS = 8  # the rule of matching.py needs so many points of each membe
 
 @interruptible(LOST)
 def basins(
-    system: System, *, over: Mapping[str, ArrayLike], start: State,
-    at: AtStop | AtPhase | None = None, tolerance: float = MEMBER_DISTANCE, most: int = 64, **options: Any,
-) -> xr.Dataset:  # fmt: skip
+    system: System,
+    *,
+    over: Mapping[str, ArrayLike],
+    start: State,
+    at: AtStop | AtPhase | None = None,
+    same_within: float = MEMBER_DISTANCE,
+    most_classified: int = 64,
+    settle_periods: float = 250,
+    periods: float = 50,
+    most_impacts: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    backend: str = "threads",
+    workers: int | None = None,
+    client: Any = None,
+    tile: int | None = None,
+    progress: ProgressOption = True,
+) -> xr.Dataset:
     """Compute basins of attraction on a grid of two state coordinates.
 
     Parameters
@@ -57,15 +69,14 @@ def basins(
         State with the coordinates that are not varied.
     at
         Where the points are by which attractors are compared, as in :func:`~vibroimpact.section`.
-    tolerance
+    same_within
         Periodic orbits nearer than this, in units of the largest position and velocity, count as
         one; in (0, 1).
-    most
+    most_classified
         Largest number of members that are classified, >= 1; members that match none of them are
         "not matched": give a longer ``settle_periods``, or classify more.
-    **options
-        Options of :func:`~vibroimpact.sweep`: settle_periods, periods, most_impacts, backend, workers,
-        progress.
+    settle_periods, periods, most_impacts, store, backend, workers, client, tile, progress
+        As for :func:`~vibroimpact.sweep`.
 
     Returns
     -------
@@ -86,14 +97,14 @@ def basins(
     Notes
     -----
     The cost of the sweep, and of a :func:`~vibroimpact.classify` per attractor: 0.03 to 0.3 s, a
-    second or two where it stays undecided. At most ``most`` members are classified.
+    second or two where it stays undecided. At most ``most_classified`` members are classified.
     Members without a label after that have not settled; they are continued for 8, then 64 times
     ``settle_periods + periods``; ``final_position``, ``final_velocity`` and ``final_phase`` are then those
     of the continued motions, the other variables those of the requested window. "Without impacts"
     are motions in flight that had none for as long: one attractor, also where a free or undamped
     mass may rest, or swing, anywhere in its clearance. Rest is an attractor for each set of stops.
     Mirror images of each other are two attractors. Attractors that are nearer to each other than
-    ``tolerance`` (periodic), or than neighbouring points among 4000 on one of them (others), count
+    ``same_within`` (periodic), or than neighbouring points among 4000 on one of them (others), count
     as one. Motions that impact, but never at this stop, are distinguished by their symbol only.
     With longer ``settle_periods`` and ``periods``, fewer transients are mistaken for attractors.
 
@@ -109,23 +120,30 @@ def basins(
     >>> found["name"].values.tolist()
     ['1-1-1 a']
     """
-    check_options("basins", options, basins, sweep)
     check_axes(over, 2, "two coordinates of the state with their values", EXAMPLE)
-    check_count("most", most, 1)
-    share("tolerance", tolerance)
-    refuse(options, "observe", OBSERVERS_ARE_FIXED)
+    check_count("most_classified", most_classified, 1)
+    share("same_within", same_within)
     place, starts = observed_place(system, at), GridStarts(over, start)
     section = section_observer(place, MATCHED_POINTS)
-    requested = {"over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"]} | options
+    requested: dict[str, Any] = {
+        "over": {}, "observe": [section, "symbol", "impacts", "speeds", "final"],
+        "settle_periods": settle_periods, "periods": periods, "most_impacts": most_impacts, "store": store,
+        "backend": backend, "workers": workers, "client": client, "tile": tile, "progress": progress,
+    }  # fmt: skip
     members = sweep(system, start=starts, **requested)
     labels, found, ends = label_attractors(
         system, members, starts.states().phase, _extension(system, members, requested),
-        at=place, tolerance=tolerance, most=most,
+        at=place, tolerance=same_within, most_classified=most_classified,
     )  # fmt: skip
     members = _ended(members, ends)
     table = _table(labels, found, members.sizes["coordinate"])
     call = call_of(
-        "basins", over=starts.over, start=starts.base, at=place, tolerance=tolerance, most=most
+        "basins",
+        over=starts.over,
+        start=starts.base,
+        at=place,
+        same_within=same_within,
+        most_classified=most_classified,
     )
     return members.assign(attractor=labels, **table).assign_attrs(call)
 
@@ -185,7 +203,7 @@ def _extension(system: System, members: xr.Dataset, requested: dict[str, Any]) -
         try:
             return sweep(system, **same | window)
         except KeyboardInterrupt:
-            store = requested.get("store")
+            store = requested["store"]
             kept = f"the window is whole in {store}" if store else "nothing is kept"
             raise KeyboardInterrupt(
                 f"interrupted while members were continued towards their attractors; {kept}."

@@ -7,6 +7,7 @@ coexisting attractors; or every value has the same random starts.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Mapping
 from typing import Any, Literal
 
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import interruptible
+from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.places import AtPhase, AtStop
@@ -28,9 +29,7 @@ from vibroimpact.sweeps.options import (
     Observe,
     call_of,
     check_axes,
-    check_options,
     observers_of,
-    refuse,
     together,
 )
 from vibroimpact.sweeps.starts import RandomStarts
@@ -42,10 +41,24 @@ WAYS = ("up", "down", "both")
 
 @interruptible(LOST)
 def bifurcation_sweep(
-    system: System, *, over: Mapping[str, ArrayLike], start: State | RandomStarts | ListedStarts,
-    way: Way = "both", at: AtStop | AtPhase | None = None, points: int = 60,
-    observe: Observe = (), **options: Any,
-) -> xr.Dataset:  # fmt: skip
+    system: System,
+    *,
+    over: Mapping[str, ArrayLike],
+    start: State | RandomStarts | ListedStarts,
+    way: Way = "both",
+    at: AtStop | AtPhase | None = None,
+    points: int = 60,
+    observe: Observe = (),
+    settle_periods: float = 250,
+    periods: float = 50,
+    most_impacts: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    backend: str = "threads",
+    workers: int | None = None,
+    client: Any = None,
+    tile: int | None = None,
+    progress: ProgressOption = True,
+) -> xr.Dataset:
     """Compute section points along a parameter, followed up and down or from many starts.
 
     Parameters
@@ -67,9 +80,9 @@ def bifurcation_sweep(
         Number of last section points kept at every value, 1 to 10^6.
     observe
         Further observers, such as "lyapunov".
-    **options
-        Options of :func:`~vibroimpact.sweep`: settle_periods, periods, most_impacts, backend, workers,
-        progress, store (unless both ways are followed: each is a sweep of its own).
+    settle_periods, periods, most_impacts, store, backend, workers, client, tile, progress
+        As for :func:`~vibroimpact.sweep`; no store if both ways are followed: each is a sweep of its
+        own.
 
     Returns
     -------
@@ -82,7 +95,7 @@ def bifurcation_sweep(
     Raises
     ------
     InvalidParameterError
-        Other than one parameter, no such stop, a grid of starts, ``follow``, a store for both
+        Other than one parameter, no such stop, a grid of starts, a store for both
         ways; as for ``sweep``.
 
     Notes
@@ -108,12 +121,14 @@ def bifurcation_sweep(
         "start", start, (State, RandomStarts, ListedStarts),
         "a State, which is followed, RandomStarts or ListedStarts",
     )  # fmt: skip
-    check_options("bifurcation_sweep", options, bifurcation_sweep, sweep)
-    refuse(options, "follow", 'way = "up" or "down" follows the motion.')
     place = observed_place(system, at)
     section = section_observer(place, points, strobes=points)
     observers = together([section, "final"], observe)
-    requested = {"over": over, "observe": observers} | options
+    requested: dict[str, Any] = {
+        "over": over, "observe": observers, "settle_periods": settle_periods, "periods": periods,
+        "most_impacts": most_impacts, "store": store, "backend": backend, "workers": workers,
+        "client": client, "tile": tile, "progress": progress,
+    }  # fmt: skip
     if isinstance(start, State):
         members = _followed(system, next(iter(over)), way, start, requested)
     else:
@@ -128,7 +143,7 @@ def _followed(
 ) -> xr.Dataset:
     """One sweep per direction, the second from the end of the first."""
     directions = ("up", "down") if way == "both" else (way,)
-    if len(directions) > 1 and requested.get("store") is not None:
+    if len(directions) > 1 and requested["store"] is not None:
         raise InvalidParameterError(
             f'store = {requested["store"]!r}, way = "both": a store holds one sweep. Take way = "up", '
             'then way = "down" with another store.'

@@ -11,7 +11,7 @@ Method      A member without a label is classified (:func:`vibroimpact.classify`
             that never impact, and those that impact, but not on the section: one per symbol.
 Assumes     members of one system
 Accuracy    that of matching.py
-Fails       "not matched": after ``most`` classifications, or after the second continuation
+Fails       "not matched": after ``most_classified`` classifications, or after the second continuation
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Labels:
 
 def label_attractors(
     system: System, members: xr.Dataset, begun: Floats, extend: ExtendRun, *,
-    at: At, tolerance: float = MEMBER_DISTANCE, most: int = 64,
+    at: At, tolerance: float = MEMBER_DISTANCE, most_classified: int = 64,
 ) -> tuple[xr.DataArray, tuple[LabelledAttractor, ...], States]:  # fmt: skip
     """Label the attractor of every member; label 0 has the most members.
 
@@ -120,7 +120,7 @@ def label_attractors(
         Where the points are.
     tolerance
         Relative distance below which two periodic members are one orbit.
-    most
+    most_classified
         Largest number of classifications.
 
     Returns
@@ -136,7 +136,7 @@ def label_attractors(
     codes = motions(members)
     table = Table.of(system, members, codes, begun)
     labels = Labels(np.where(table.codes < NO_IMPACTS, table.codes, NOT_MATCHED))
-    search = Search(labels, at, tolerance, most)
+    search = Search(labels, at, tolerance, most_classified)
     table = _searched(search, table, extend)
     return *_coded(labels, codes), table.ends
 
@@ -170,7 +170,7 @@ class Search:
     labels: Labels
     at: At
     tolerance: float
-    most: int
+    most_classified: int
     classes: dict[int, Class] = field(default_factory=dict)
     classified: list[int] = field(default_factory=list)
     left_out: set[int] = field(default_factory=set)
@@ -205,11 +205,11 @@ class Search:
             wanted &= table.full
         left = self.labels.left
         found = (int(i) for i in left[wanted[left]] if int(i) not in self.left_out)
-        return next(found, None) if self.most else None
+        return next(found, None) if self.most_classified else None
 
     def _classify(self, table: Table, member: int) -> LabelledAttractor | None:
         """Classify a member and label matching ones; return the attractor if it is new."""
-        self.most -= 1
+        self.most_classified -= 1
         attractor = classify(table.system, table.ends.state(member), at=self.at)
         own = _points(attractor, table.scale)
         elsewhere = isinstance(attractor.section.at, AtStop) == table.strobed  # not on this section

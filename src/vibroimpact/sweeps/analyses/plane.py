@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core.checks import check_kind, share, shown
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import interruptible
+from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.attractors.classify import rest_on_stops
 from vibroimpact.attractors.matching import (
     MEMBER_DISTANCE,
@@ -35,12 +36,9 @@ from vibroimpact.sweeps.analyses.motion_codes import (
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
     LOST,
-    OBSERVERS_ARE_FIXED,
     Observe,
     call_of,
     check_axes,
-    check_options,
-    refuse,
     together,
 )
 from vibroimpact.sweeps.starts import Many
@@ -52,9 +50,22 @@ EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1
 
 @interruptible(LOST)
 def plane(
-    system: System, *, over: Mapping[str, ArrayLike], start: State,
-    observe: Observe = (), **options: Any,
-) -> xr.Dataset:  # fmt: skip
+    system: System,
+    *,
+    over: Mapping[str, ArrayLike],
+    start: State,
+    observe: Observe = (),
+    follow: str | None = None,
+    settle_periods: float = 250,
+    periods: float = 50,
+    most_impacts: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    backend: str = "threads",
+    workers: int | None = None,
+    client: Any = None,
+    tile: int | None = None,
+    progress: ProgressOption = True,
+) -> xr.Dataset:
     """Compute the motion at every point of a plane of two parameters.
 
     Parameters
@@ -68,9 +79,8 @@ def plane(
     observe
         Further observers, such as "lyapunov"; "symbol" and "impacts" are always included,
         ``Symbol`` with other options if it is given.
-    **options
-        Options of :func:`~vibroimpact.sweep`: follow, settle_periods, periods, most_impacts, store,
-        backend, workers, progress.
+    follow, settle_periods, periods, most_impacts, store, backend, workers, client, tile, progress
+        As for :func:`~vibroimpact.sweep`.
 
     Returns
     -------
@@ -107,9 +117,12 @@ def plane(
     '1-1-1'
     """
     check_axes(over, 2, "two parameters with their values", EXAMPLE)
-    check_options("plane", options, plane, sweep)
     observers = together(["symbol", "impacts"], observe)
-    members = sweep(system, over=over, observe=observers, start=start, **options)
+    members = sweep(
+        system, over=over, start=start, observe=observers, follow=follow,
+        settle_periods=settle_periods, periods=periods, most_impacts=most_impacts, store=store,
+        backend=backend, workers=workers, client=client, tile=tile, progress=progress,
+    )  # fmt: skip
     return with_motions(members).assign_attrs(call_of("plane"))
 
 
@@ -131,9 +144,23 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
 
 @interruptible(LOST)
 def multistability(
-    system: System, *, over: Mapping[str, ArrayLike], start: Many,
-    at: AtStop | AtPhase | None = None, tolerance: float = MEMBER_DISTANCE, **options: Any,
-) -> xr.Dataset:  # fmt: skip
+    system: System,
+    *,
+    over: Mapping[str, ArrayLike],
+    start: Many,
+    at: AtStop | AtPhase | None = None,
+    same_within: float = MEMBER_DISTANCE,
+    follow: str | None = None,
+    settle_periods: float = 250,
+    periods: float = 50,
+    most_impacts: int | None = None,
+    store: str | os.PathLike[str] | None = None,
+    backend: str = "threads",
+    workers: int | None = None,
+    client: Any = None,
+    tile: int | None = None,
+    progress: ProgressOption = True,
+) -> xr.Dataset:
     """Count the attractors reached from several starts, at every point of a grid of parameters.
 
     Parameters
@@ -146,10 +173,10 @@ def multistability(
         The starts, the same ones at every point.
     at
         Where the points are by which attractors are compared, as for :func:`~vibroimpact.basins`.
-    tolerance
+    same_within
         As for :func:`~vibroimpact.basins`.
-    **options
-        Options of :func:`~vibroimpact.sweep`, as for :func:`~vibroimpact.plane`; not ``observe``.
+    follow, settle_periods, periods, most_impacts, store, backend, workers, client, tile, progress
+        As for :func:`~vibroimpact.sweep`.
 
     Returns
     -------
@@ -177,17 +204,17 @@ def multistability(
             f"start = {shown(start)}, over = {shown(over)}: must be RandomStarts, GridStarts or "
             "ListedStarts, and at least one parameter. For one system take vi.basins."
         )
-    share("tolerance", tolerance)
-    refuse(options, "observe", OBSERVERS_ARE_FIXED)
-    check_options("multistability", options, multistability, sweep)
+    share("same_within", same_within)
     place = observed_place(system, at)
     section = section_observer(place, COUNTED_POINTS)
     members = sweep(
-        system, over=over, observe=[section, "symbol", "impacts", "speeds", "final"],
-        start=start, **options,
+        system, over=over, start=start, follow=follow,
+        observe=[section, "symbol", "impacts", "speeds", "final"],
+        settle_periods=settle_periods, periods=periods, most_impacts=most_impacts, store=store,
+        backend=backend, workers=workers, client=client, tile=tile, progress=progress,
     )  # fmt: skip
-    counted = _counted(system, members, list(over), place, tolerance)
-    call = call_of("multistability", at=place, tolerance=tolerance)
+    counted = _counted(system, members, list(over), place, same_within)
+    call = call_of("multistability", at=place, same_within=same_within)
     return members.assign(attractors=counted).assign_attrs(call)
 
 
