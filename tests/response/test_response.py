@@ -14,7 +14,9 @@ import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.orbits.stability import Stability
+from vibroimpact.plotting.report import comparison_sentence
 from vibroimpact.response import compare
+from vibroimpact.response.band import band_of
 from vibroimpact.response.compare import comparison
 
 BAND = (1.1, 1.7)
@@ -312,3 +314,25 @@ def test_a_response_without_a_stable_motion_says_so() -> None:
         most_branches=0, progress=False,
     )  # fmt: skip
     assert "no stable motion was found" in repr(found)
+
+
+def test_a_ball_that_is_not_met_leaves_as_much_and_touching_begins_at_a_force_or_a_gap() -> None:
+    small = replace(FRAME, force=0.004)
+    found = vi.frequency_response(
+        small, "omega", (7.9, 8.1), unit="Hz", points=2, starts=0, most_branches=0, progress=False
+    )
+    # |X| is largest at sqrt(1 - 2 zeta^2) omega_n
+    peak = 0.004 / 120.0 / (16.0 * math.pi) ** 2 / (0.04 * math.sqrt(1.0 - 0.02**2))
+    assert found.worst.value == pytest.approx(peak, rel=1e-9)
+    assert compare.touching_factor(found) == pytest.approx(0.01 / peak, rel=1e-6)
+    words = comparison_sentence(found, "linear")
+    assert words.startswith("That is as much as without the damper: no stop is met.")
+    assert f"{0.01 / peak * 0.004:.4g} N" in words
+    assert "dB" not in words
+
+
+def test_a_band_that_fits_the_machine_in_hertz_only_is_questioned() -> None:
+    with pytest.warns(UserWarning, match=r"8 Hz \(50.2.* Give unit = 'Hz'"):
+        band_of(FRAME, "omega", (6.0, 10.0))
+    band_of(FRAME, "omega", (6.0, 10.0), "Hz")
+    band_of(OSCILLATOR, "omega", (0.1, 0.2))  # whose numbers have no units
