@@ -17,6 +17,9 @@ PAPERS  := $(shell find papers -type f -not -name '*.py[co]')
 HEADERS := $(shell find include src/decouple -name '*.hpp')
 CXXCODE := $(shell find include src tests benchmarks -name '*.[ch]pp' 2>/dev/null)
 
+# The package is imported by hundreds of processes: what is compiled for the first is kept for the others.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .PHONY: help build reproduce test test-all lint format stubs bench clean
@@ -61,9 +64,11 @@ lint: build $(VENV)/.lint
 	@echo '== lint: clang-format'
 	@$(BIN)/clang-format --dry-run --Werror $(CXXCODE)
 	@echo '== lint: clang-tidy'
-	@printf '%s\n' $(HEADERS) | xargs -P $(JOBS) -n 8 sh -c \
-	  '$(BIN)/clang-tidy --quiet "$$@" -- -x c++ -std=c++20 -Iinclude' tidy 2>$(VENV)/tidy.log || { \
-	  grep -v Processing $(VENV)/tidy.log; exit 1; }
+# All headers as one program: each is read once, not with every other that includes it.
+	@printf '#include "%s"\n' $(HEADERS) > $(VENV)/headers.cpp
+	@$(BIN)/clang-tidy --quiet --config-file=.clang-tidy $(VENV)/headers.cpp -- \
+	  -std=c++20 -I. -Iinclude -Xclang -analyzer-opt-analyze-headers 2>$(VENV)/tidy.log || { \
+	  cat $(VENV)/tidy.log; exit 1; }
 	@echo '== lint: imports'
 	@PYTHONPATH=src:papers/src $(BIN)/lint-imports --no-logo > $(VENV)/imports.log || { cat $(VENV)/imports.log; exit 1; }
 	@echo '== lint: mypy'

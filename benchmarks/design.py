@@ -108,7 +108,7 @@ def rows_of() -> list[Row]:
 
 def best_of() -> Row:
     """Time the search of docs/optimisation.md for three parameters of the frame."""
-    over = vi.worst_over("omega", BAND, "x1", unit="Hz")
+    over = vi.Objective("omega", BAND, "x1", unit="Hz")
     begin = time.perf_counter()
     best = vi.optimise(frame(), VARY, over, progress=False)
     took = time.perf_counter() - begin

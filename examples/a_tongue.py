@@ -23,7 +23,7 @@ def main(out: str | None = None) -> None:
     curve = vi.continue_bifurcation(branch["NS1"], NAMES, BOUNDS)
     tongue = vi.tongue(curve["1/5_1"])
     print(tongue)
-    if isinstance(tongue, vi.NoTongue):
+    if isinstance(tongue, vi.NotFound):
         return
     for clearance in (9.8, 9.5, 9.0, 8.0):
         print(f"half clearance {clearance}: {tongue.width(clearance):.6f} wide in omega")

@@ -18,7 +18,7 @@ def main(out: str | None = None) -> None:
     symmetric = vi.continue_orbit(orbit, "omega", (0.6, 1.0))
     print(symmetric)
     broken = vi.switch_branch(symmetric["BP1"], (0.6, 1.0))
-    if isinstance(broken, vi.NoBranch):
+    if isinstance(broken, vi.NotFound):
         raise SystemExit(broken.reason)
     print(broken)
     circle = symmetric["NS1"].normal_form

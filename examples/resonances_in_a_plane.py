@@ -33,7 +33,7 @@ def main(out: str | None = None) -> None:
         print(f"{point.label}: |A| = {abs(form.scaled):.6f}; {form.meaning}")
     (strong,) = (point for point in resonances if point.normal_form.switchable)
     folds = vi.switch_curve(strong)
-    if isinstance(folds, vi.NoCurve):
+    if isinstance(folds, vi.NotFound):
         raise SystemExit(folds.reason)
     for fold in folds:
         print(fold)  # or, in the place of one that was not found, why

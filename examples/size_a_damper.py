@@ -25,7 +25,7 @@ def main(out: str | None = None) -> None:
         restitution=0.6,
     )  # fmt: skip
     vary = {"mass_ratio": (0.02, 0.15), "half_clearance": (2e-3, 50e-3), "restitution": (0.3, 0.9)}
-    over = vi.worst_over("omega", BAND, "x1", unit="Hz", starts=STARTS)
+    over = vi.Objective("omega", BAND, "x1", unit="Hz", starts=STARTS)
     best = vi.optimise(frame, vary, over, budget=BUDGET, refine=REFINE)
     print(best)
     for name, (low, high, _) in best.robust.items():

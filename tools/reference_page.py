@@ -44,12 +44,12 @@ GROUPS = {
     ],
     "Branches": [
         *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
-        *("NoBranch", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
+        *("NotFound", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
         *("save", "load", "Result", "ProgressReport"),
     ],
     "Curves in two parameters": [
         *("continue_bifurcation", "continue_level", "BifurcationCurve"),
-        *("switch_curve", "GrazingContact", "NoCurve", "tongue", "Tongue", "NoTongue"),
+        *("switch_curve", "GrazingContact", "tongue", "Tongue"),
         *("bifurcation_atlas", "Atlas"),
         *("map_bifurcation",),
     ],
@@ -80,7 +80,7 @@ GROUPS = {
         *(f"measures.{name}" for name in ("Amplitude", "Peak", "Rms", "Harmonic")),
         *(f"measures.{name}" for name in ("Transmissibility", "DissipatedPower", "ContactForce")),
         *(f"measures.{name}" for name in ("Impulse", "ImpactSpeed", "ImpactRate")),
-        *("worst_over", "mean_over", "Objective", "optimise", "Design"),
+        *("Objective", "optimise", "Design"),
         *("design_map", "DesignMap", "pareto_front", "ParetoFront"),
         *("tuned_damper", "TunedDamper"),
     ],
@@ -98,7 +98,8 @@ GROUPS = {
 HEAD = """# Reference
 
 Written by `tools/reference_page.py` from the docstrings. `import vibroimpact as vi`; everything
-below is public, other names are not. Pictures: `from vibroimpact import plotting`.
+below is public, other names are not. Pictures: `from vibroimpact import plotting`; every function
+draws on `ax`, by default a new figure, and returns its Axes.
 
 **Units.** Arguments and results are in the units of the machine, any consistent ones: SI for a
 machine of `from_physical`, whose labels name them. Angles are radians unless a name says degrees.

@@ -12,8 +12,10 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import shutil
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import matplotlib.pyplot as plt
@@ -21,6 +23,9 @@ import matplotlib.pyplot as plt
 DOCS = Path(__file__).parents[1] / "docs"
 TUTORIALS = {
     "tutorial": "tutorial_",
+    "normal-forms": "normal_",
+    "two-parameters": "two_",
+    "missing-elements": "missing_",
     "describe-your-machine": "machine_",
     "design": "design_",
     "transients": "transients_",
@@ -67,6 +72,11 @@ def refreshed(text: str, printed: list[str]) -> str:
     return BLOCK.sub(block, text)
 
 
+def pictures_in(folder: Path) -> list[Path]:
+    """The pictures among the files that the blocks wrote."""
+    return [path for path in folder.iterdir() if path.suffix in (".svg", ".png")]
+
+
 def document(name: str) -> Path:
     """The file of a tutorial."""
     return DOCS / f"{name}.md"
@@ -76,7 +86,10 @@ def main(names: list[str]) -> None:
     """Make the pictures of some tutorials, or of all, and refresh their texts."""
     for name in names or [*TUTORIALS]:
         text = document(name).read_text(encoding="utf-8")
-        new = refreshed(text, run(text, DOCS / "pictures"))
+        with TemporaryDirectory() as folder:
+            new = refreshed(text, run(text, Path(folder)))
+            for picture in pictures_in(Path(folder)):
+                shutil.copy(picture, DOCS / "pictures")
         document(name).write_text(new, encoding="utf-8")
 
 

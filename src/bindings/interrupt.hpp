@@ -17,7 +17,7 @@ private:
     std::atomic<bool> up_ = false;
 };
 
-// What this thread obeys; whoever started it keeps the sign until it has ended.
+// Sign that this thread obeys; whoever started it keeps the sign until it has ended.
 inline thread_local const stop_sign* obeyed = nullptr;
 
 inline bool interrupted() {
@@ -25,7 +25,7 @@ inline bool interrupted() {
     return PyErr_Occurred() || PyErr_CheckSignals() != 0; // raised is raised
 }
 
-// What a thread asks while it runs, chosen while it holds the lock: Python handles signals in its main
+// Question that a thread asks while it runs, chosen while it holds the lock: Python handles signals in its main
 // thread only, and any other would wait for the lock, for as long as other code of Python runs, in vain.
 // Those ask their sign.
 inline auto interrupted_here() {

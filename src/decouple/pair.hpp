@@ -44,7 +44,7 @@ struct moving_pair {
 
 namespace detail {
 
-// What (1) leaves.
+// Remainder of (1).
 inline column left_of(const damped_system& s, const moving_pair& p) {
     const std::size_t n = s.degrees();
     const column rate = p.velocity();

@@ -24,25 +24,21 @@ from vibroimpact.bifurcations.continue_bifurcation import continue_level as cont
 from vibroimpact.bifurcations.continue_bifurcation import map_bifurcation as map_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve as BifurcationCurve
 from vibroimpact.bifurcations.grazing_contact import GrazingContact as GrazingContact
-from vibroimpact.bifurcations.switch_curve import NoCurve as NoCurve
 from vibroimpact.bifurcations.switch_curve import switch_curve as switch_curve
-from vibroimpact.bifurcations.tongue import NoTongue as NoTongue
 from vibroimpact.bifurcations.tongue import Tongue as Tongue
 from vibroimpact.bifurcations.tongue import tongue as tongue
 from vibroimpact.branches import stop_rules
-from vibroimpact.branches.beginning import NoBranch as NoBranch
 from vibroimpact.branches.branch import Branch as Branch
 from vibroimpact.branches.continue_orbit import continue_orbit as continue_orbit
 from vibroimpact.branches.diagram import Diagram as Diagram
 from vibroimpact.branches.diagram import branch_diagram as branch_diagram
 from vibroimpact.branches.point import BifurcationPoint as BifurcationPoint
+from vibroimpact.branches.point import NotFound as NotFound
 from vibroimpact.branches.switch import switch_branch as switch_branch
 from vibroimpact.continuation import Steps as Steps
 from vibroimpact.design.maps import DesignMap as DesignMap
 from vibroimpact.design.maps import design_map as design_map
 from vibroimpact.design.objective import Objective as Objective
-from vibroimpact.design.objective import mean_over as mean_over
-from vibroimpact.design.objective import worst_over as worst_over
 from vibroimpact.design.optimise import Design as Design
 from vibroimpact.design.optimise import optimise as optimise
 from vibroimpact.design.pareto import ParetoFront as ParetoFront
@@ -113,9 +109,9 @@ from vibroimpact.sweeps.analyses.basins import basins as basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep as bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability as multistability
 from vibroimpact.sweeps.analyses.plane import plane as plane
-from vibroimpact.sweeps.listed_starts import ListedStarts as ListedStarts
 from vibroimpact.sweeps.rerun import rerun_sweep as rerun_sweep
 from vibroimpact.sweeps.starts import GridStarts as GridStarts
+from vibroimpact.sweeps.starts import ListedStarts as ListedStarts
 from vibroimpact.sweeps.starts import RandomStarts as RandomStarts
 from vibroimpact.sweeps.sweep import sweep as sweep
 from vibroimpact.tori.branch import CircleBranch as CircleBranch

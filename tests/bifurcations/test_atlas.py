@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.bifurcations import COARSE
 
 import vibroimpact as vi
 
@@ -19,7 +20,9 @@ DAMPER = vi.ImpactDamper(
 def atlas() -> vi.Atlas:
     """A small part of the plane, around both resonances 1:4."""
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    return vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most_curves=4)
+    return vi.bifurcation_atlas(
+        orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most_curves=4, steps=COARSE
+    )
 
 
 @pytest.mark.slow
@@ -74,7 +77,7 @@ def test_the_dataset_has_every_point_of_every_curve() -> None:
 
 def test_bad_input_is_refused() -> None:
     orbit = vi.symmetric_orbits(DAMPER)[0]
-    with pytest.raises(vi.InvalidParameterError, match="levels"):
+    with pytest.raises(vi.InvalidParameterError, match="depth"):
         vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), depth=-1)
     with pytest.raises(vi.InvalidParameterError, match="twice the same"):
         vi.bifurcation_atlas(orbit, ("omega", "omega"), ((0.9, 1.05), (5.0, 6.3)))

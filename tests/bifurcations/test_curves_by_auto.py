@@ -82,7 +82,7 @@ def corrected(found: vi.BifurcationCurve, at: np.ndarray) -> tuple[np.ndarray, n
     low, high = np.array(found.bounds).T
     away = np.abs((found.values - at) / (high - low)).max(axis=1)
     z, value = found.curve.z[int(np.argmin(away))], float(at[1])
-    for _ in range(8):  # Newton's method from the nearest point computed
+    for _ in range(5):  # Newton's method from the nearest point computed
         z = z - np.linalg.solve(
             found.problem.jacobian(z, value)[0], found.problem.residual(z, value)
         )

@@ -95,7 +95,7 @@ def test_a_fold_that_is_not_found_is_a_reason_in_its_place() -> None:
     alone = replace(point, record=replace(point.record, begins=first_alone))
     curve, missing = vi.switch_curve(alone, steps=vi.Steps(points=6))  # type: ignore[misc]
     assert isinstance(curve, vi.BifurcationCurve)
-    assert isinstance(missing, vi.NoCurve)
+    assert isinstance(missing, vi.NotFound)
     assert "there is no start within the bounds (10 times)" in missing.reason
 
 
@@ -152,7 +152,7 @@ def test_the_fold_flip_gives_the_doubled_torus_where_theory_has_one() -> None:
         assert isinstance(found, tuple), found
         assert not found[0].neutral.all()
     else:
-        assert isinstance(found, vi.NoCurve)
+        assert isinstance(found, vi.NotFound)
 
 
 def test_where_theory_has_no_curve_the_reason_is_given() -> None:
@@ -165,10 +165,10 @@ def test_where_theory_has_no_curve_the_reason_is_given() -> None:
     start = vi.map_bifurcation("NS", half, (x, x), (0.2, 1.0 + 0.5 * x))
     curve = vi.continue_bifurcation(start, ("alpha", "beta"), BOUNDS)
     refused: Any = vi.switch_curve(curve["R4_1"])  # |A| = sqrt(2 / 130) < 1
-    assert isinstance(refused, vi.NoCurve)
+    assert isinstance(refused, vi.NotFound)
     assert "< 1" in refused.reason
     weak = vi.switch_curve(curve["1/5_1"])
-    assert isinstance(weak, vi.NoCurve)
+    assert isinstance(weak, vi.NotFound)
 
 
 @pytest.mark.slow

@@ -297,7 +297,7 @@ def test_where_no_branch_begins_a_sentence_says_so() -> None:
     damper = paper_damper("A", 1.02)
     branch = vi.continue_orbit(vi.symmetric_orbits(damper)[0], "omega", (1.0, 1.05))
     answer = vi.switch_branch(branch["NS1"], (1.0, 1.05))
-    assert isinstance(answer, vi.NoBranch)
+    assert isinstance(answer, vi.NotFound)
     assert "no other branch" in answer.reason
 
 

@@ -94,8 +94,8 @@ def test_what_is_left_is_named(diagram: Diagram) -> None:
 def test_a_point_where_nothing_is_found_is_listed_with_its_reason(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    def nothing(point: vi.BifurcationPoint, *_: object, **__: object) -> vi.NoBranch:
-        return vi.NoBranch(point, "the start did not converge")
+    def nothing(point: vi.BifurcationPoint, *_: object, **__: object) -> vi.NotFound:
+        return vi.NotFound(point, "the start did not converge")
 
     monkeypatch.setattr("vibroimpact.branches.diagram.switch_branch", nothing)
     tried = branch_diagram(vi.symmetric_orbits(SET_A)[0], "omega", (0.7, 0.75), points=0)

@@ -71,7 +71,7 @@ def test_a_zero_of_a_users_function_is_a_special_point() -> None:
     refused = point.normal_form
     assert "no normal form is known" in refused.reason
     found = vi.switch_branch(point)
-    assert isinstance(found, vi.NoBranch)
+    assert isinstance(found, vi.NotFound)
 
 
 def test_it_is_followed_in_two_parameters() -> None:

@@ -30,7 +30,7 @@ def best() -> vi.Design:
     frame = vi.ImpactDamper.from_physical(**PHYSICAL)
     return vi.optimise(
         frame, {"half_clearance": (0.005, 0.02)},
-        vi.worst_over("omega", (7.0, 9.0), unit="Hz", **JUDGED), budget=32, refine=0, progress=False,
+        vi.Objective("omega", (7.0, 9.0), unit="Hz", **JUDGED), budget=32, refine=0, progress=False,
     )  # fmt: skip
 
 

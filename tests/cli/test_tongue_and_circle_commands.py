@@ -98,7 +98,7 @@ def test_switch_writes_and_says_the_curves_that_begin_at_a_resonance(
     ((point, bounds, expected),) = calls
     assert_same_point(point, curve["R4_1"])
     assert bounds == ((0.95, 1.0), (5.7, 6.2))
-    assert not isinstance(expected, vi.NoCurve)
+    assert not isinstance(expected, vi.NotFound)
     for i, born in enumerate(expected, 1):
         assert repr(born) in out
         np.testing.assert_array_equal(vi.load(f"born-{i}.nc").values, born.values)
@@ -131,7 +131,7 @@ def test_where_nothing_begins_switch_fails_with_the_reason_of_the_library(
     curve: vi.BifurcationCurve, saved: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     refusal = vi.switch_curve(curve["R4_2"])
-    assert isinstance(refusal, vi.NoCurve)
+    assert isinstance(refusal, vi.NotFound)
     argv = ["switch", saved, "--at", "R4_2", "--out", "born.nc"]
     assert_nothing_written(argv, cli.FAILED, refusal.reason, capsys)
 

@@ -152,7 +152,7 @@ int said_of_lost() {
 int main() {
     drawn::numbers.seed(11);
     tally all;
-    for (int system = 0; system < 400; ++system) {
+    for (int system = 0; system < 160; ++system) {
         mode m{};
         drawn::draw(m.flow, push_or_none);
         const double size = system % 2 ? 1.0 : 1e3, unit = system % 3 ? 1.0 : 1e-9;

@@ -117,7 +117,7 @@ int main() {
     drawn::numbers.seed(5);
     tally all;
     const stops g{-1.0, 1.0};
-    for (int i = 0; i < 200000; ++i)
+    for (int i = 0; i < 80000; ++i)
         check(draw(g), g, all);
     std::printf(
         "%d meetings: %d cross, %d of them back, %d clear; %d curves wrong, %d places far\n",

@@ -109,7 +109,7 @@ def test_the_search_ends_near_the_best_clearance_of_a_light_ball() -> None:
         return max(amplitude(one)[0] for one in ends)
 
     least = minimize_scalar(worst, bounds=(0.9 * near, 1.1 * near), options={"xatol": 1e-6})
-    over = vi.worst_over("omega", band, "x1", points=5, starts=4, settle_periods=600.0)
+    over = vi.Objective("omega", band, "x1", points=5, starts=4, settle_periods=600.0)
     bounds = {"half_clearance": (0.3 * near, 2.0 * near)}
     found = vi.optimise(machine, bounds, over, budget=64, progress=False)
     # the symmetric orbit attracts some starts, so nothing is better; from others 1 % more is reached

@@ -22,7 +22,7 @@ DAMPER = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6, half_clearance=10.0, omega=1.0
 )
 QUICK: dict[str, Any] = {"points": 5, "starts": 2, "settle_periods": 100, "periods": 20}
-OVER = vi.worst_over("omega", (0.98, 1.02), "x1", **QUICK)
+OVER = vi.Objective("omega", (0.98, 1.02), "x1", **QUICK)
 CLEARANCE = {"half_clearance": (5.0, 13.0)}
 SMOOTH = {
     "half_clearance": (9.5, 10.5)
@@ -80,7 +80,7 @@ def plane() -> vi.DesignMap:
 
 
 def test_an_objective_is_the_worst_of_a_sweep_of_each_machine_alone() -> None:
-    o = replace(OVER, spread=(("restitution", (0.5, 0.75)), ("half_clearance", 0.125)))
+    o = replace(OVER, spread={"restitution": (0.5, 0.75), "half_clearance": 0.125})
     judge = judge_of(DAMPER, o, ("mass_ratio", "half_clearance"))
     rows = np.array([[0.05, 8.0], [0.1, 12.0]])
     for row, value in zip(rows, judge.values(rows), strict=True):
@@ -99,8 +99,8 @@ def test_an_objective_is_the_worst_of_a_sweep_of_each_machine_alone() -> None:
 
 
 def test_a_mean_is_the_trapezoidal_rule_of_the_closed_form() -> None:
-    wide = vi.mean_over(
-        "omega", (0.8, 1.2), "x1", points=9, starts=1, settle_periods=300, periods=5
+    wide = vi.Objective(
+        "omega", (0.8, 1.2), "x1", points=9, starts=1, settle_periods=300, periods=5, kind="mean"
     )
     judge = judge_of(DAMPER, wide, ("half_clearance",))
     w = np.linspace(0.8, 1.2, 9)
@@ -152,7 +152,7 @@ def test_reduction_is_that_of_the_verified_value(best: vi.Design) -> None:
 def test_den_hartogs_absorber_is_found() -> None:
     tuned = vi.tuned_damper(MU)
     machine = vi.Family(absorber, nu=1.1, zeta=0.3, omega=1.0)
-    over = vi.worst_over(
+    over = vi.Objective(
         "omega", (0.75, 1.2), "x1", points=41, starts=1, settle_periods=100, periods=2
     )
     found = vi.optimise(
@@ -267,7 +267,7 @@ def test_a_machine_in_si_units_is_designed_in_them_as_the_nondimensional_one() -
     )
     length = 400.0 / (120.0 * w**2)
     bounds = {"half_clearance": (5.0 * length, 13.0 * length)}
-    over = vi.worst_over("omega", (7.84, 8.16), "x1", unit="Hz", **QUICK)
+    over = vi.Objective("omega", (7.84, 8.16), "x1", unit="Hz", **QUICK)
     found = vi.optimise(frame, bounds, over, budget=32, refine=0, progress=False)
     light = replace(DAMPER, mass_ratio=0.05)
     plain = vi.optimise(light, CLEARANCE, OVER, budget=32, refine=0, progress=False)
@@ -366,10 +366,10 @@ def test_constraints_hold_and_those_that_nothing_satisfies_are_named(best: vi.De
         ({"omega": (1.0, 2.0)}, OVER, "is what the band"),
         (CLEARANCE, replace(OVER, bounds=(-1.0, 1.0)), "omega = -1.0: must be > 0"),
         (CLEARANCE, replace(OVER, measure="x7"), "x7"),
-        (CLEARANCE, replace(OVER, spread=(("restitution", 0.9),)), "restitution = 1.14"),
-        (CLEARANCE, replace(OVER, spread=(("half_clearance", (1.0, 2.0)),)), "relative half"),
+        (CLEARANCE, replace(OVER, spread={"restitution": 0.9}), "restitution = 1.14"),
+        (CLEARANCE, replace(OVER, spread={"half_clearance": (1.0, 2.0)}), "relative half"),
         ({"half_clearance": (1e5, 1e6)}, replace(OVER, measure="impact rate"), "does not depend"),
-        (CLEARANCE, "x1", "vi.worst_over"),
+        (CLEARANCE, "x1", "vi.Objective"),
     ],
 )
 def test_searches_that_mean_nothing_are_refused(bounds: Any, objective: Any, message: str) -> None:
@@ -379,11 +379,11 @@ def test_searches_that_mean_nothing_are_refused(bounds: Any, objective: Any, mes
 
 def test_bands_and_widths_are_refused_before_there_is_a_machine() -> None:
     with pytest.raises(vi.InvalidParameterError, match="need low < high"):
-        vi.worst_over("omega", (1.2, 1.0), "x1")
+        vi.Objective("omega", (1.2, 1.0), "x1")
     with pytest.raises(vi.InvalidParameterError, match=r"must be in \(0, 1\)"):
-        vi.mean_over("omega", (1.0, 1.2), "x1", spread={"restitution": 1.5})
+        vi.Objective("omega", (1.0, 1.2), "x1", spread={"restitution": 1.5}, kind="mean")
     with pytest.raises(vi.InvalidParameterError, match="aim"):
-        vi.mean_over("omega", (1.0, 1.2), "x1", aim="less")  # type: ignore[arg-type]
+        vi.Objective("omega", (1.0, 1.2), "x1", aim="less", kind="mean")  # type: ignore[arg-type]
 
 
 # ---- maps and fronts -----------------------------------------------------------------------------
@@ -446,7 +446,7 @@ def test_corners_whose_starts_are_all_behind_a_stop_do_not_hide_the_worst_motion
         mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]],
         forces=(vi.Harmonic(1.2, (1.0,)),), elements=(vi.RigidStop((1.0,), upper=0.5),),
     )  # fmt: skip
-    over = vi.worst_over(
+    over = vi.Objective(
         "omega", (1.1, 1.2), "x1", points=3, starts=1, settle_periods=20, periods=10,
         spread={"elements[0].upper": (-0.3, 0.5)},
     )  # fmt: skip

@@ -70,11 +70,70 @@ def test_commands_in_the_document_are_understood(path: Path) -> None:
                 cli.parser().parse_args(shlex.split(line)[1:])
 
 
+def headings(path: Path) -> set[str]:
+    """Names by which links lead to the headings of a document."""
+    titles = re.findall(r"^#+ (.*)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 def test_links_in_the_document_lead_to_files_and_headings(path: Path) -> None:
-    for target in re.findall(r"\]\(([^)#\s]*)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
-        if target and "://" not in target:
-            assert (path.parent / target).exists(), f"{path.name} links to {target}"
+    text = path.read_text(encoding="utf-8")
+    links = re.findall(
+        r"\]\(([^)#\s]*)(?:#([^)\s]*))?\)|^\[\w+\]: ([^#\s]*)#(\S*)$", text, re.MULTILINE
+    )
+    for *inline, file, part in links:
+        target, heading = (a or b for a, b in zip(inline, (file, part), strict=True))
+        if "://" in target:
+            continue
+        place = path.parent / target if target else path
+        assert place.exists(), f"{path.name} links to {target}"
+        if heading and place.suffix == ".md":
+            assert heading in headings(place), f"{path.name} links to {target}#{heading}"
+
+
+FOLDERS = (
+    ROOT,
+    ROOT / "src",
+    ROOT / "src" / "vibroimpact",
+    ROOT / "include" / "vibroimpact",
+    ROOT / "docs",
+)
+MAPS = (README, ROOT / "CONTRIBUTING.md", ROOT / "docs" / "architecture.md")
+SUFFIXES = "py|pyi|hpp|cpp|toml|md|txt"
+TOYS = ("dead_band", "pauses")  # files that a reader of CONTRIBUTING adds
+
+
+@pytest.mark.parametrize("path", MAPS, ids=lambda path: path.name)
+def test_files_that_the_map_of_the_code_names_are_there(path: Path) -> None:
+    named = re.findall(rf"`([\w./-]+(?:/|\.(?:{SUFFIXES})))`", path.read_text(encoding="utf-8"))
+    lost = [
+        name
+        for name in named
+        if Path(name).stem not in TOYS
+        and not any((folder / name).exists() for folder in FOLDERS)
+        and ("/" in name or not any(folder.rglob(name) for folder in FOLDERS[1:4]))
+    ]
+    assert len(named) > 10
+    assert not lost
+
+
+def test_files_that_the_architecture_names_define_what_it_says() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    file = r"`([\w/.]+\.(?:py|hpp))`"
+    pairs = re.findall(
+        rf"`(\w+)` \({file}|\(`(\w+)`, {file}\)|^\| `(\w+)` \| {file} \|", text, re.MULTILINE
+    )
+    named = [[part for part in pair if part] for pair in pairs]
+    assert len(named) > 50
+    for name, place in named:
+        folder = FOLDERS[3 if place.endswith(".hpp") else 2]
+        defined = rf"\b(?:def|class|struct) {name}\b" + (
+            rf"|\b{name}\(" if place.endswith(".hpp") else ""
+        )
+        assert re.search(defined, (folder / place).read_text(encoding="utf-8")), (
+            f"{name} is not in {place}"
+        )
 
 
 def outermost(call: str | None) -> str:

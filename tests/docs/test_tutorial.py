@@ -43,7 +43,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Ran]:
     for name, text in TEXTS.items():
         folder = tmp_path_factory.mktemp("tutorial")
         printed = TOOL.run(text, folder)
-        pictures = {path.name for path in folder.iterdir() if path.stat().st_size}
+        pictures = {path.name for path in TOOL.pictures_in(folder) if path.stat().st_size}
         found[name] = Ran(printed, pictures)
     return found
 

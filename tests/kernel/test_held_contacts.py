@@ -59,8 +59,8 @@ def held_machine(seed: int, mass: float, length: float) -> tuple[vi.Mechanism, v
 @pytest.mark.parametrize(
     ("first", "last"),
     [
-        (0, 30),
-        pytest.param(30, 160, marks=pytest.mark.slow),
+        (0, 12),
+        pytest.param(12, 60, marks=pytest.mark.slow),
     ],
 )
 def test_random_blocks_leave_their_stops_alike_in_all_units_of_force(first: int, last: int) -> None:

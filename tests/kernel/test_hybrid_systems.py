@@ -96,11 +96,11 @@ def test_of_guards_due_on_either_side_of_the_end_of_a_step_the_one_given_first_d
         )
 
     after = set()
-    for ulps, steps in itertools.product((-2, -1, 0, 1, 2), (1, 2, 3, 4, 8)):
+    for ulps, steps in itertools.product((-2, -1, 0, 1, 2), (1, 3, 8)):
         one = system(0.5, ulps)
         units = units_of(one, "start", np.array([0.0, 0.1, 0.0]), 50.0)
         end = steps * GivenSystem(one, units).steps[0] * units.time
-        for shift in range(-6, 7):
+        for shift in range(-4, 5):
             begin = 1.0 - end + shift * 2.0**-53
             start = [begin - 1e-3, 0.1, 0.0]
             run = vi.simulate_hybrid(system(begin, ulps), "start", start, t_max=50.0)

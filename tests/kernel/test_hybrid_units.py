@@ -97,9 +97,7 @@ def simulated(of: Start, events: int = 60) -> vi.HybridRun:
     return vi.simulate_hybrid(system, mode, start, phase=phase, t_max=t_max, events=events)
 
 
-@pytest.mark.parametrize(
-    "seeds", [range(60), pytest.param(range(60, 1000), marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("seeds", [range(60), pytest.param(range(60, 400), marks=pytest.mark.slow)])
 def test_powers_of_two_as_units_change_no_bit_no_status_and_no_event(seeds: range) -> None:
     ends = Counter[str]()
     slid = 0
@@ -123,7 +121,7 @@ def test_powers_of_two_as_units_change_no_bit_no_status_and_no_event(seeds: rang
     assert ends["HORIZON"] + ends["EVENTS"] >= len(seeds) // 2, ends
 
 
-@pytest.mark.parametrize("seeds", [range(40), pytest.param(range(40, 400), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seeds", [range(40), pytest.param(range(40, 200), marks=pytest.mark.slow)])
 def test_micrometres_and_years_give_the_same_motion_to_rounding(seeds: range) -> None:
     """Where 2^-44 of the start moves times by less than 1e-10: then 2^-50 by units moves them by less than 1e-11."""
     compared = 0

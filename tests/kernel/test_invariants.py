@@ -253,7 +253,7 @@ ILL = 1e9  # maps that lose more than nine digits prove little
 def test_determinant_identity_on_random_systems(n: int) -> None:
     """One to six degrees of freedom, free masses, several contacts, random impact sequences."""
     checked = 0
-    for seed in range(60):
+    for seed in range(30):
         rng = np.random.default_rng(1000 * n + seed)
         m = random_mechanism(rng, n, contacts=int(rng.integers(1, 4)), lines=1,
                              stiff_rank=int(rng.integers(0, n + 1)))  # fmt: skip
@@ -263,7 +263,7 @@ def test_determinant_identity_on_random_systems(n: int) -> None:
             continue
         assert error <= DETERMINANT, (n, seed)
         checked += 1
-    assert checked >= 40
+    assert checked >= 20
 
 
 @pytest.mark.parametrize(("name", "omega"), [("A", 1.2), ("B", 0.937), ("C", 0.4172)])

@@ -39,12 +39,12 @@ def differences(seeds: range) -> dict[int, str]:
     return found
 
 
-@pytest.mark.parametrize("first", range(0, 200, 50))
+@pytest.mark.parametrize("first", range(0, 80, 20))
 def test_machines_seen_from_the_other_side_or_renumbered_have_the_same_events(first: int) -> None:
-    assert differences(range(first, first + 50)) == {}
+    assert differences(range(first, first + 20)) == {}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("first", "last"), [(200, 400), (960, 970)])
+@pytest.mark.parametrize(("first", "last"), [(80, 200), (960, 970)])
 def test_many_machines_seen_otherwise_have_the_same_events(first: int, last: int) -> None:
     assert differences(range(first, last)) == {}

@@ -7,6 +7,7 @@ import inspect
 import math
 import pkgutil
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from enum import Enum
 from functools import cache
 from pathlib import Path
@@ -63,7 +64,7 @@ def circle() -> vi.Circle:
 
 @cache
 def objective() -> vi.Objective:
-    return vi.worst_over("omega", (0.9, 1.0), points=2, starts=1, settle_periods=20, periods=10)
+    return vi.Objective("omega", (0.9, 1.0), points=2, starts=1, settle_periods=20, periods=10)
 
 
 def tongue() -> vi.Tongue:
@@ -96,7 +97,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "OrbitSearch": lambda: vi.find_orbits(SET_A, most_cycles=1, most_impacts=2, starts=5),
     "ParetoFront": lambda: vi.pareto_front(
         SET_A, {"half_clearance": (4.0, 6.0)},
-        (objective(), vi.mean_over("omega", (0.9, 1.0), points=2, starts=1, settle_periods=20, periods=10)),
+        (objective(), replace(objective(), kind="mean")),
         budget=64, progress=False,
     ),
     "RecordResponse": lambda: vi.simulate_record(SET_A, RECORD),

@@ -13,6 +13,7 @@ from vibroimpact.continuation import Steps
 from .systems import paper_damper
 
 PLANE = ("omega", "half_clearance")
+COARSE = Steps(first=0.3, largest=4.0, tolerance=1e-3, points=200)  # points are as exact, and fewer
 
 
 @cache
@@ -20,7 +21,7 @@ def torus_of_set_a() -> vi.BifurcationCurve:
     """Neimark-Sacker curve of set A, with the resonances R4_1, R4_2 and 2/9_1."""
     orbit = vi.symmetric_orbits(paper_damper("A", 0.95))[0]
     branch = vi.continue_orbit(orbit, "omega", (0.9, 1.0))
-    return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.8, 1.05), (3.5, 8.0)))
+    return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.8, 1.05), (3.5, 8.0)), steps=COARSE)
 
 
 @cache
@@ -28,7 +29,7 @@ def torus_of_set_c() -> vi.BifurcationCurve:
     """Neimark-Sacker curve of set C, with the resonances R3_1 and R4_1."""
     orbit = vi.symmetric_orbits(paper_damper("C", 0.44))[0]
     branch = vi.continue_orbit(orbit, "omega", (0.42, 0.45))
-    return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.41, 0.45), (4.4, 8.1)))
+    return vi.continue_bifurcation(branch["NS1"], PLANE, ((0.41, 0.45), (4.4, 8.1)), steps=COARSE)
 
 
 @cache
@@ -62,6 +63,5 @@ def double_of_set_c(label: str) -> vi.BifurcationPoint:
     }[label]
     damper = replace(paper_damper("C", at[0]), half_clearance=at[1])
     orbit = vi.symmetric_orbits(damper)[place]
-    coarse = Steps(first=0.3, largest=4.0, tolerance=1e-3, points=200)
-    branch = vi.continue_orbit(orbit, "omega", omegas, steps=coarse)
-    return vi.continue_bifurcation(branch["NS1"], PLANE, bounds, steps=coarse)[label]
+    branch = vi.continue_orbit(orbit, "omega", omegas, steps=COARSE)
+    return vi.continue_bifurcation(branch["NS1"], PLANE, bounds, steps=COARSE)[label]

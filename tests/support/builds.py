@@ -73,7 +73,10 @@ BUILDS = {
     "clang": Build((*ZIG, "-O2")),
 }
 
-QUICKLY = {("engine_test", "gcc"): ["-O0"]}  # more to compile than to run
+QUICKLY = {  # more to compile than to run
+    ("engine_test", "gcc"): ["-O0"],
+    ("engine_test", "gcc, avx2"): ["-O0"],
+}
 
 
 @cache

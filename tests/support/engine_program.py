@@ -74,7 +74,10 @@ def run(folder: Path, build: str, name: str, what: str, events: int, starts: int
     file = folder / f"{name}-{starts}.txt"
     if not file.exists():
         file.write_text(system_text(system_of(name), starts_of(name, starts)))
-    program = "engine_test_mixed" if name == COUPLED else "engine_test"
+    mixed = (
+        name == COUPLED or build == "gcc, neon"
+    )  # where it is built anyway, it runs the others, too
+    program = "engine_test_mixed" if mixed else "engine_test"
     return output(folder, program, build, str(file), what, str(events))
 
 

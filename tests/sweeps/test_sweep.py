@@ -375,7 +375,7 @@ BAD = {
     "an axis of starts": ({"over": {"x1": [0.0]}}, r"'x1': must be .*start=vi.GridStarts"),
     "an unknown observer": ({"observe": "symbols"}, "symbols"),
     "a kind of observer": ({"observe": vi.observe.Section}, r"such as Section\(\)"),
-    "progress that is none": ({"progress": "yes"}, "progress = 'yes': must be True, False or"),
+    "progress that is none": ({"progress": "yes"}, "progress = 'yes': must be True, a function"),
     "no state": ({"start": (0.0, 0.0)}, "must be a State"),
     "a state of another system": ({"start": vi.State((0.0,), (0.0,))}, r"shape \(1,\)"),
     "following no axis": ({"follow": "zeta"}, "follow = 'zeta': must be None or one of 'omega'"),

@@ -13,8 +13,7 @@ from scipy import signal
 from scipy.integrate import solve_ivp
 
 import vibroimpact as vi
-from vibroimpact.simulation.driven_run import Lines, simulate_driven
-from vibroimpact.transients.driven import driven
+from vibroimpact.transients.driven import Lines, driven, simulate_driven
 
 DAMPER = vi.ImpactDamper(
     mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6, half_clearance=0.5, omega=1.0

@@ -18,7 +18,7 @@ inline constexpr int most_searched = 1024;
 
 namespace detail {
 
-// Whether there is no event yet.
+// Whether the search has not come to an event yet.
 VI_HD inline bool is_unfinished(status what) {
     return what == status::paused || what == status::searching;
 }
@@ -26,7 +26,7 @@ VI_HD inline bool is_unfinished(status what) {
 inline constexpr int most_counted =
     1 << 30; // applications of propagators: a count that does not overflow
 
-// What happens next, rest and chatter before flight.
+// Next event: rest and chatter come before the flight.
 template <class T, class Flow>
 VI_CALL event<T, typename Flow::shape_type>
 next_event(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon,
@@ -195,7 +195,7 @@ continue_certified(const hybrid<Flow>& system, trajectory<T, typename Flow::shap
     return e;
 }
 
-// Where a motion with elements stands, its guards counting as contacts; those that do not leave their limit at some
+// Position of a motion with elements, whose guards count as contacts; those that do not leave their limit at some
 // rate have the rate zero. Gaps that the mode keeps meet nothing.
 template <class T, class Mode, class Shape, class Guarded>
 VI_HD inline void stand(const Mode& m, const trajectory<T, Shape>& at, trajectory<T, Guarded>& to) {
@@ -302,7 +302,7 @@ step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, d
     if (e.what == status::missing_mode) at = start;
     return e;
 }
-// The same of one that has none.
+// A step without a memory of earlier flights.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 step(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double horizon) {

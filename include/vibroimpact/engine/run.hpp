@@ -56,7 +56,7 @@ struct run_result {
     int code; // closed set wanted, for missing
 };
 
-// How far a run has come.
+// Progress of a run.
 struct run_progress {
     clock now{};
     long events = 0, impacts = 0;
@@ -142,7 +142,7 @@ next_within(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>
     return e;
 }
 
-// The same; where a mode is missing nothing has happened.
+// The next event of a run; where a mode is missing the position is left as it was.
 template <class T, class Flow>
 VI_HD inline event<T, typename Flow::shape_type>
 next_of_run(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_type>& at, double left,

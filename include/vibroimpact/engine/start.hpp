@@ -1,4 +1,4 @@
-// Where a motion starts: a trajectory in the free mode from positions, velocities and phases.
+// Start of a motion: a trajectory in the free mode from positions, velocities and phases.
 //
 // Method      y by (2) of mode_coordinates.hpp. A contact touches if u lies on a stop within its
 //             rounding. Its rate is taken from the velocities as given, which y has mixed with

@@ -47,8 +47,8 @@ struct batch_arrays : batch_sizes {
     const double* from_v;
     const double* particular;
 
-    // The same of modes with elements: the step of each, the constant of the map into it, watches, all of a mode
-    // together, and force and speed of every element, rows on (y, 1). None where they are null.
+    // Modes with elements, null for others: the step of each, the constant of the map into it, watches, all of a
+    // mode together, and force and speed of every element, rows on (y, 1).
     const double* mode_steps;
     const double* map_shift;
     const int* watch_counts; // (mode)

@@ -105,7 +105,7 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
     });
 }
 
-// What the modes of system s share. Its modes need not be there yet.
+// Builds what the modes of system s share; they need not be there yet.
 template <class Flow>
 VI_HD inline void build_system(const batch_arrays& b, long long s, const system_room<Flow>& room) {
     auto& h = *room.system;

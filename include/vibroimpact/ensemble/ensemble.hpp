@@ -64,7 +64,7 @@ VI_HD inline member_end end_of_member(run_end why) {
     }
 }
 
-// What a run shows its events to: observers, after tangents where there are any.
+// Onlooker of a run, which sees its events: observers, after tangents where there are any.
 template <class Flow>
 struct onlooker {
     using Shape = typename Flow::shape_type;

@@ -50,7 +50,7 @@ struct finished_member {
         *phase = p.lines > 0 ? phase_of(p, 0, y, n) : 0.0;
     }
 
-    // The same motion from its start, shown to an observer of runs (engine/run.hpp).
+    // Runs the motion again from its start, and shows it to an observer of runs (engine/run.hpp).
     template <class Observer>
     VI_HD void run_again(Observer& observer) const;
 };

@@ -39,7 +39,7 @@ struct block_steps {
     block_step<R> block[Blocks];
 };
 
-// First `b`, then `a`.
+// The step `b`, and after it `a`.
 template <class R>
 VI_HD constexpr block_step<R> after(const block_step<R>& a, const block_step<R>& b) {
     return {a.qq * b.qq + a.qv * b.vq, a.qq * b.qv + a.qv * b.vv, a.qq * b.qs + a.qv * b.vs + a.qs,

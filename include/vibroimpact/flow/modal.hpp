@@ -106,7 +106,7 @@ struct modal_flow : sizes<Shape> {
             },
             time, y);
     }
-    // What is stored at a place.
+    // Picks the stored numbers at a place.
     VI_HOT constexpr essence<R> pick(const R& place) const {
         const auto rows = ahead.at(place);
         essence<R> out;
@@ -115,7 +115,7 @@ struct modal_flow : sizes<Shape> {
         return out;
     }
 
-    // What is to be stored of exp(B (t + s)) from what is of exp(B t); Order as in short_flight.
+    // Stored numbers of exp(B (t + s)) from those of exp(B t); Order as in short_flight.
     template <int Order>
     VI_HOT constexpr essence<R> later(const essence<R>& e, const R& s) const {
         essence<R> out;
@@ -177,7 +177,7 @@ struct modal_flow : sizes<Shape> {
         return out;
     }
 
-    // The same to second order, for the smallest s.
+    // Flow to second order, for the smallest s.
     template <class T, class Time>
     VI_HOT constexpr state<T> nudge(const state<T>& y, const Time& s) const {
         state<T> out;
@@ -320,7 +320,7 @@ struct modal_flow : sizes<Shape> {
     }
 
 private:
-    // Where C and S of block j are.
+    // Place of C and S of block j.
     VI_HOT constexpr int stored_at(int j) const {
         return 2 * (j < this->oscillators() ? j + this->lines() : j - this->oscillators());
     }
@@ -371,7 +371,7 @@ private:
         return out;
     }
 
-    // What is stored of a block.
+    // Stores the steps of a block.
     VI_HD void tabulate(int j) {
         block_step<double> parts[parts_of_step + 1];
         propagate_in_parts(k[j], c[j], a[j], step / parts_of_step, parts);

@@ -16,7 +16,7 @@ namespace vi {
 // Terms of Taylor expansions over one step; a step is at most 7/10 of the fastest rate.
 inline constexpr int taylor_order = 18;
 
-// Of a step: so far beyond its end series still hold, as their remainder, (7/10)^19/19!, grows by 19 times this.
+// Part of a step: so far beyond its end series still hold, as their remainder, (7/10)^19/19!, grows by 19 times this.
 inline constexpr double beyond_step = 0x1p-12;
 
 // The unit of time of Taylor polynomials, a power of two next to the step: their derivatives are as large as the

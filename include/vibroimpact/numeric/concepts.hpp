@@ -1,4 +1,4 @@
-// What the kernel asks of a number, and how plain double answers.
+// Requirements of the kernel on a number, and how plain double meets them.
 //
 // Every algorithm of the kernel is a template on its scalar T. Five kinds exist:
 //

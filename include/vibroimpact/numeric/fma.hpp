@@ -39,7 +39,7 @@ VI_HD constexpr wide join(unsigned long long high, unsigned long long low) {
     return wide(high) << 64 | low;
 }
 
-// What compilers call a library for on 32-bit targets, in parts: a b for a, b < 2^54, and shifts.
+// Operations for which compilers call a library on 32-bit targets, in parts: a b for a, b < 2^54, and shifts.
 VI_HD constexpr wide product_of(unsigned long long a, unsigned long long b) {
     constexpr unsigned long long low = (1ull << 27) - 1;
     const unsigned long long middle = (a >> 27) * (b & low) + (a & low) * (b >> 27);

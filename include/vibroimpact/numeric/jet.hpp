@@ -66,7 +66,7 @@ struct scalar_traits<jet<R, N>> {
     static constexpr bool is_jet = true;
 };
 
-// What may stand beside a jet as a constant: a number, or a value of its real type.
+// Constants beside a jet: a number, or a value of its real type.
 template <class S, class R>
 concept JetConstant = is_same<S, double> || is_same<S, int> || is_same<S, R>;
 

@@ -98,7 +98,7 @@ VI_HD T abs(const T& x) {
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-// The same: GCC would take the bits to another register and back.
+// For doubles by the builtin: GCC would take the bits to another register and back.
 constexpr double abs(double x) {
     return __builtin_fabs(x);
 }

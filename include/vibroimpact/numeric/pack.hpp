@@ -19,7 +19,7 @@
 
 namespace vi {
 
-// As many lanes as a register of the target has.
+// Number of lanes of a register of the target.
 #if defined(__AVX512F__)
 inline constexpr int native_lanes = 8;
 #elif defined(__AVX__)
@@ -329,7 +329,7 @@ VI_HOT void zip_pairs(const double* const (&from)[N], pack<N>& first, pack<N>& s
     }
 }
 
-// The same of four. Eight lanes are read in half the loads: rows of two lanes fill a register.
+// Four numbers of each lane, in two pairs. Eight lanes are read in half the loads: rows of two lanes fill a register.
 template <int N>
 VI_HOT void zip_fours(const double* const (&from)[N], pack<N>& first, pack<N>& second,
                       pack<N>& third, pack<N>& fourth) {

@@ -1,4 +1,4 @@
-// What observers are shown of a motion: its events, and the flights between them.
+// View of a motion for observers: its events, and the flights between them.
 #pragma once
 
 #include "vibroimpact/engine/run.hpp"

@@ -1,4 +1,4 @@
-// Where the motion stands at the end of its run, complete or not.
+// Final state: that of the motion at the end of its run, complete or not.
 #pragma once
 
 #include "vibroimpact/observe/observer.hpp"

@@ -1,4 +1,4 @@
-// How an observer is declared: its options, its results, and what it makes of a motion.
+// Declaration of an observer: its options, its results, and what it makes of a motion.
 //
 // To add one: a header here, its include and its name in registry.hpp, a file in
 // src/vibroimpact/sweeps/observers; shares.hpp and shares.py are short ones. The header declares a struct
@@ -78,7 +78,7 @@ struct row_list {
     long long count = 0;
 };
 
-// The same on the coordinates of every mode, with their derivatives: those of mode m begin at m * stride.
+// Rows on the coordinates of every mode, with their derivatives: those of mode m begin at m * stride.
 template <class Flow>
 struct watched_rows {
     const guard<double, Flow::max_dimension>* rows = nullptr;

@@ -71,7 +71,7 @@ struct declarations_of<observer_list<All...>> : detail::part_of_all<All>... {
 };
 using observer_declarations = declarations_of<all_observers>;
 
-// What one member carries of every observer.
+// State of every observer, as one member carries it.
 template <class Flow, class List>
 struct observers_of;
 template <class Flow, class... All>

@@ -27,7 +27,7 @@ public:
             for (int i = 0; i < n_; ++i)
                 y_[m + 1][i] = unit * dot(flow.b[i], y_[m], n_);
     }
-    // Of a row on (y, 1).
+    // Series of a row on (y, 1).
     VI_HD taylor_polynomial of(const double* row) const {
         taylor_polynomial out{};
         for (int m = 0; m <= taylor_order; ++m) {

@@ -44,7 +44,7 @@ VI_HD inline vec<double, N> through_inverse(small_system<N> a) {
     return x;
 }
 
-// What an event does to the contacts that touch: A p = gamma+ - gamma, and gamma+ + gamma. `before` is the
+// Effect of an event on the contacts that touch: A p = gamma+ - gamma, and gamma+ + gamma. `before` is the
 // state before it; of the contact that it names the rate is known.
 template <int N>
 struct rates_of_impact {

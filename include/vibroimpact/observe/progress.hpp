@@ -1,4 +1,4 @@
-// How far u = row . x gets per forcing period, without forcing per unit of time: drift.
+// Drift of u = row . x per forcing period, without forcing per unit of time.
 //
 // Method      (u at the end - u at the begin of the window) / its length
 // Accuracy    rounding of u

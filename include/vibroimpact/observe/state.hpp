@@ -11,7 +11,7 @@
 
 namespace vi {
 
-// What states are compared in.
+// Units in which states are compared.
 struct physical_rows {
     mode_coordinates free{};
     double frequency = 1.0; // w of (1)

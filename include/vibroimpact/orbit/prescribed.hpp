@@ -51,7 +51,7 @@ inline constexpr int most_root_steps = 60;
 template <class T>
 using orbit_state = vec<T, 2 * block_degrees + 1>; // x, v, theta
 
-// What a flight of given length arrives at, before and after the impact.
+// States at the end of a flight of given length, before and after the impact.
 template <class T>
 struct arrival {
     T gap, rate, rate_after;

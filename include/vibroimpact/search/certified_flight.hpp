@@ -61,7 +61,7 @@ struct element_states {
 template <>
 struct element_states<0> {};
 
-// Where a trajectory stands: coordinates in a mode, and which stops it is about to leave.
+// Position of a trajectory: coordinates in a mode, and the stops that it is about to leave.
 template <class T, class Shape>
 struct trajectory {
     using real = real_t<T>;
@@ -144,7 +144,7 @@ VI_HD inline taylor<N> gap_on(int side, double limit, const taylor<N>& u) {
     return g;
 }
 
-// What is exact of a gap that its flight has not left yet: zeros. In the first step also the rate.
+// Puts in what is exact of a gap that its flight has not left yet: zeros. In the first step also the rate.
 template <int N, class Guard, class T, class Shape, class Flow>
 VI_HD inline void keep_exact(taylor<N>& g, const Guard& guard, int i,
                              const vec<T, Shape::max_dimension>& y,
@@ -226,7 +226,7 @@ VI_HD inline void inspect_contact(const Mode& m, int i, const vec<T, Shape::max_
     }
 }
 
-// The same for watch j of a mode, whose number follows those of the contacts.
+// Inspects watch j of a mode, as above a contact; its number follows those of the contacts.
 template <int N, class T, class Mode, class Shape>
 VI_HD inline void inspect_watch(const Mode& m, int j, const vec<T, Shape::max_dimension>& y,
                                 const trajectory<T, Shape>& start, bool& still, double applications,
@@ -341,7 +341,7 @@ VI_HD inline T with_value(const T& x, const real_t<T>& v) {
 
 namespace detail {
 
-// What ends a flight that has come to y some time after its start.
+// Landing of a flight that has come to y some time after its start.
 template <int N, class T, class Mode, class Shape>
 VI_CALL landing<T, Shape> land_on(const Mode& m, const earliest<N>& first,
                                   const vec<T, Shape::max_dimension>& y, double passed) {

@@ -85,7 +85,7 @@ VI_HD inline double beyond_bounce(double rate, double bend) {
     return rate > 0.0 && bend < 0.0 ? 1.25 * (-2.0 * rate / bend) : infinity();
 }
 
-// How long the first piece is to be; a bounce too short for the halvings that are left does not count.
+// Length of the first piece; a bounce too short for the halvings that are left does not count.
 template <int N>
 VI_HD inline double first_piece(const taylor<N>& g, double span) {
     if (g.d[0] != 0.0) return span;

@@ -12,7 +12,7 @@
 
 namespace vi {
 
-// Of exact steps:
+// Bounds of exact steps:
 inline constexpr double largest_correction = 0x1p-18; // s, of a step of the flow
 inline constexpr double flattest = 0x1p-18;           // g'' s / (2 g')
 
@@ -27,7 +27,7 @@ VI_HOT T value_at_hit(const Mode& m, const stop_hit<R>& hit, const Value& value_
     return u;
 }
 
-// How much is left to the limit, in u; and u'.
+// Distance to the limit, in u; and u'.
 template <class T, class Mode, class R, int D>
 VI_HOT T left_to(const Mode& m, const vec<T, D>& y, const stop_hit<R>& hit) {
     return hit.limit - value_at_hit<T>(m, hit, [&](const auto& g) VI_WITHIN {
@@ -46,7 +46,7 @@ VI_HOT T bend_at(const Mode& m, const vec<T, D>& y, const stop_hit<R>& hit) {
                            [&](const auto& g) VI_WITHIN { return guard_bend(g, y, m.flow); });
 }
 
-// What is left to the limit, and the next Taylor coefficients of u.
+// Distance to the limit, and the next Taylor coefficients of u.
 template <class R>
 struct expansion {
     R left, slope, bend, twist;

@@ -73,7 +73,7 @@ VI_HD inline double change_bound(const taylor<N>& g, double span) {
 // lead from the largest double to the smallest.
 inline constexpr int most_halvings = 2200;
 
-// Where g^(order) changes sign between lo and hi: Newton kept inside a bracket, to rounding.
+// Place between lo and hi where g^(order) changes sign: Newton kept inside a bracket, to rounding.
 // The caller guarantees that g^(order) is monotone there and has different signs at the ends.
 template <int N>
 VI_HD inline double sign_change(const taylor<N>& g, int order, double lo, double hi) {

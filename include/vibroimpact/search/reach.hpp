@@ -1,4 +1,4 @@
-// How far u can get in a while, by what the blocks of a modal flow can add up to.
+// Reach of u in a while, by what the blocks of a modal flow can add up to.
 //
 // Method      A block's share of u = row . y + gain, w = r q + s q', has (w - r a / k)^2 + w'^2 / k not
 //             growing where k > 0, c >= 0 (theory T16e): it stays within the root of that around its

@@ -201,7 +201,7 @@ private:
         }
         return sum;
     }
-    // How much larger a matrix may be in the norm of (3) than in that of (2).
+    // Factor by which a matrix may be larger in the norm of (3) than in that of (2).
     VI_HD double spread() const {
         double back = 0.0;
         vec<double, D> sizes{};

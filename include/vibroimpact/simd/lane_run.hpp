@@ -35,7 +35,7 @@ struct lane_slot {
     long version = 0;        // of what `system` points to: another number, another system
 };
 
-// Which system each lane has; another version, another system.
+// System of each lane; a change of the version says that another system is meant.
 template <int N, class Flow>
 struct lane_keys {
     const hybrid<Flow>* system[N] = {};
@@ -50,7 +50,7 @@ struct lane_keys {
     }
 };
 
-// Of one lane, one after the other, before all others go on.
+// Bounces of one lane, one after the other, before all others go on.
 inline constexpr int most_bounces = 64;
 
 // For every round that a busy lane flies, as much of one may pass an idle one that waits.

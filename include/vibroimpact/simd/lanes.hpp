@@ -64,7 +64,7 @@ struct lane_systems {
     real inverse_omega_squared[max_lines];
 };
 
-// Where the lanes are: in a flight that began `flown` and so many applications ago, or just after an event.
+// Positions of the lanes: in a flight that began `flown` and so many applications ago, or just after an event.
 template <class T, class Shape>
 struct lane_states {
     static constexpr int N = scalar_traits<T>::lanes;

@@ -511,7 +511,7 @@ private:
         return inform(i, e);
     }
 
-    // Of an event that is counted; false if it is the last.
+    // Sees an event that is counted; false if it is the last.
     bool inform(int i, const event<double, Shape>& e) {
         const run_end why = this->show(i, e);
         if (why != run_end::none) finish(i, why);
@@ -536,7 +536,7 @@ private:
     lane_mode<N, Guarded, W> modes_[most_lane_modes];
     real inverse_omega_squared_[max_lines];
 
-    // Where the lanes are: guards count as those of the mode of each.
+    // Positions of the lanes; guards count as those of the mode of each.
     trajectory<real, Guarded> at_{};
     real flown_{}, applications_{}, size_{}, offset_[W]{};
     int mode_[N] = {};

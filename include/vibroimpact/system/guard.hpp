@@ -50,7 +50,7 @@ struct guard {
     vec<R, Dimension> rows[Orders + 1];
     R gains[Orders + 1];
     rows_ahead<R, Dimension> ahead[grids]; // of a modal flow
-    // What search/grid/grid_bounds.hpp bounds with. Of the share w of each block in u: sqrt(k) w''' and w'''',
+    // Numbers by which search/grid/grid_bounds.hpp bounds u. Of the share w of each block in u: sqrt(k) w''' and w'''',
     // what its a adds to them, and per |y_j| the terms of u within a step; what limits and lines add.
     vec<R, Dimension> third, fourth;
     vec<R, Dimension / 2> third_push, fourth_push;
@@ -65,7 +65,7 @@ struct guard {
     int closed;     // side held in this mode, or no_side: then rows give the force, not the gap
 };
 
-// What bounds need of the rows; the forcing lines, being (sin, omega cos), add the same always.
+// Numbers of the rows for bounds; the forcing lines, being (sin, omega cos), add the same always.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_bounds(guard<R, Dimension, Orders>& g, const Flow& flow) {
     g.least_terms = g.reach;
@@ -129,7 +129,7 @@ VI_HD inline R liveliness(const guard<R, Dimension, Orders>& g, const Flow& flow
     return flow.grid_error[wide_grid] * (fourth + squares * moved) / room;
 }
 
-// What the quick flight reads.
+// Numbers that the quick flight reads.
 template <class R, int Dimension, int Orders, class Flow>
 VI_HD inline void prepare_quick(guard<R, Dimension, Orders>& g, const Flow& flow) {
     for (int grid = 0; grid < grids; ++grid)
@@ -163,7 +163,7 @@ VI_HD inline void set_own_size(guard<double, Dimension>& g, const Flow& flow) {
     }
 }
 
-// What stays_out_of_reach needs; infinite where that does not hold.
+// Fills what stays_out_of_reach reads; infinite where that does not hold.
 template <int Dimension, class Flow>
 VI_HD inline void prepare_reach(guard<double, Dimension>& g, const Flow& flow) {
     const int n = flow.dimension(), first = n - 2 * flow.lines();
@@ -211,7 +211,7 @@ VI_HD inline double rounding_at(double limit, double terms) {
     return 64.0 * unit_roundoff * (terms + abs(limit));
 }
 
-// The same after so many applications of a propagator, which recurrences and sums add up.
+// Rounding of u after so many applications of a propagator, whose errors add up.
 VI_HD inline double rounding_after(double applications, double terms) {
     return unit_roundoff * (16.0 + 4.0 * applications) * terms;
 }
@@ -371,7 +371,7 @@ VI_HOT void guard_ahead(const rows_ahead<R, Dimension>& p, const vec<T, Dimensio
 }
 
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
-// The same sums, two at a time: GCC does not find this in the loop above where that is inlined.
+// Those sums two at a time: GCC does not find this in the loop above where that is inlined.
 template <int Dimension, class Flow>
 VI_HOT void guard_ahead(const rows_ahead<double, Dimension>& p, const vec<double, Dimension>& y,
                         const Flow& flow, vec<double, grid_times + 1>& to) {

@@ -19,7 +19,7 @@
 
 namespace vi {
 
-// What strides read of a flow without blocks.
+// Numbers of a flow without blocks that strides read.
 struct no_view {};
 template <class R, class Flow, bool Strides = is_same<R, double> && !is_modal<Flow>>
 struct view_of {
@@ -93,7 +93,7 @@ VI_HD inline bool keeps_gap(const Mode& m, int contact) {
 
 inline constexpr double liveliest = 0.07; // as measured: more, and the wider spacing costs time
 
-// What the search for events reads, once flow and guards have their numbers: rounds are of the free mode.
+// Fills what the search for events reads, once flow and guards have their numbers: rounds are of the free mode.
 template <class R, class Flow, int Orders>
 VI_HD inline void prepare_search(mode<R, Flow, Orders>& m, bool free) {
     if constexpr (!is_modal<Flow>) {
@@ -144,10 +144,10 @@ VI_HD constexpr int whole_power(int base, int n) {
     return p;
 }
 
-// How contacts that touch at one instant share an impact (transition/impact_law.hpp).
+// Law by which contacts that touch at one instant share an impact (transition/impact_law.hpp).
 enum class impact_law { moreau, sequential };
 
-// What all modes say of the elements.
+// Elements, as all modes know them.
 inline constexpr int radix = 7; // states of an element, at most
 template <int Most>
 struct element_table {

@@ -52,19 +52,19 @@ struct paces {
         length = max(length, both ? between : max(way_to(part.lower, u), way_to(part.upper, u)));
     }
 
-    // Of a machine with this rate of its own; `counted` is the length of the run where it counts.
+    // Pace of a machine with this rate of its own; `counted` is the length of the run where it counts.
     VI_HD double beside(double own, double size, double run, double counted) const {
         const double p = alone(run);
         const bool lasts = run < infinity() ? own * run > 1.0 : driven > 0.5 * pull;
         if (own <= noticed * p && !lasts) return p; // (3)
         return own > 0.0 ? vi::min(beside_rates(size, counted), own / noticed) : 0.0;
     }
-    // Of a machine with rates of its own, (1); `size` is the largest |x_j|.
+    // Pace of a machine with rates of its own, (1); `size` is the largest |x_j|.
     VI_HD double beside_rates(double size, double run) const {
         const double l = thrown(max(length, size)), p = l > 0.0 ? again(l) : 0.0;
         return p * run <= paces_of_run ? p : 0.0;
     }
-    // Of one without, (2).
+    // Pace of a machine without such rates, (2).
     VI_HD double alone(double run) const {
         const double l = thrown(length);
         if (!(l > 0.0 && l < infinity())) return 0.0;

@@ -71,7 +71,7 @@ struct quick_flow : sizes<Shape> {
         this->each_coordinate([&](auto i) VI_WITHIN { out[i] = fma(sum[i], s, y[i]); });
         return out;
     }
-    // The same for the smallest s.
+    // Flow to second order, for the smallest s.
     template <class T, class Time>
     VI_HOT state<T> nudge(const state<T>& y, const Time& s) const {
         return short_flight<2>(y, s);
@@ -335,7 +335,7 @@ VI_HD inline bool is_plain(const Flow& flow) {
 
 } // namespace detail
 
-// What quick flights read of a mode, once its flow and guards have their numbers.
+// Fills what quick flights read of a mode, once its flow and guards have their numbers.
 template <class Shape, class Mode>
 VI_HD inline void prepare_quick_mode(quick_mode<double, Shape>& to, const Mode& m) {
     const auto& from = m.flow;

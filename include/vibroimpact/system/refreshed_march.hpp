@@ -48,7 +48,7 @@ struct refreshed_march {
         by_32 = by_1024;
         y = by_32;
     }
-    // As often doubled.
+    // Leaps over a stretch that is doubled so often.
     VI_HD void leap_farther(const Flow& flow, int doublings) {
         by_1024_ = by_1024_ + two_to(doublings);
         const double steps = refresh_interval * refresh_interval * two_to(doublings);

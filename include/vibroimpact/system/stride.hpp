@@ -1,4 +1,4 @@
-// How far a flight of a flow without blocks may go in one application, no contact being within reach.
+// Strides: stretches of a flight without blocks in one application, no contact being within reach.
 //
 // Method      z is the mechanical part of y, without the forcing lines w: z' = A z + F w + f. In a norm
 //             in which the motion without forcing grows by exp(mu t) at most (hybrid.py: its energy),
@@ -25,7 +25,7 @@ namespace vi {
 inline constexpr int stride_orders = 3; // z, z', z''
 inline constexpr int most_waiting = 15; // steps that are marched until a stride is tried again
 
-// Of one row and its derivatives: dual norms, and what |w| and the constant add at most.
+// Numbers of one row and its derivatives: dual norms, and what |w| and the constant add at most.
 template <class R>
 struct row_size {
     R mechanical[stride_orders], line[stride_orders], gain[stride_orders];
@@ -183,7 +183,7 @@ private:
     double size_[stride_orders], fastest_ = 0.0;
 };
 
-// How far a contact is from its limits, less rounding after so many applications.
+// Distance of a contact from its limits, less rounding after so many applications.
 template <class Guard, class Flow, int D>
 VI_HD inline double room_of(const Guard& g, const Flow& flow, const vec<double, D>& y,
                             double applications) {

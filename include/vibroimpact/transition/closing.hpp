@@ -1,4 +1,4 @@
-// Which of the contacts that rest on their stops stay closed, and which open.
+// Contacts that rest on their stops: which of them stay closed, and which open.
 //
 // Method      Forces f along the gaps of resting contacts make their gap accelerations a = b + A f, b
 //             those of open flight and A the mobility beside friction that sticks, and

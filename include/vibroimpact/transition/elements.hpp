@@ -40,7 +40,7 @@ struct decided_states {
 
 namespace detail {
 
-// What rounding is relative to: the largest coordinate, and what counts as zero of a sum with such terms.
+// Sizes to which rounding is relative: the largest coordinate, and what counts as zero of a sum with such terms.
 struct noise {
     double largest, zero = tie_margin;
 };

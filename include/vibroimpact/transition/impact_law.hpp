@@ -98,7 +98,7 @@ VI_HD inline bool add_independent(contact_list<N>& list, int contact, const Mobi
     if (independent) list = longer;
     return independent;
 }
-// What the impulses p of a list do to the rate of a contact; what rounding leaves of it is none.
+// Change of the rate of a contact by the impulses p of a list; zero where it is only rounding.
 template <class T, int N, class Flow, class State>
 VI_HD inline void push_rate(const hybrid<Flow>& system, State& at, int contact,
                             const contact_list<N>& list, const vec<T, N>& p) {

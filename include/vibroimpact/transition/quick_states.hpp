@@ -29,7 +29,7 @@ struct watch_view {
 
 namespace detail {
 
-// What the values and rates of a watch say: whether it lasts surely, or surely does not. `side` of a limit that the
+// Verdict of the values and rates of a watch: whether it lasts surely, or surely does not. `side` of a limit that the
 // flight starts on, or 0, and the margin there.
 template <class R>
 struct watch_verdict {

@@ -74,7 +74,7 @@ VI_HD inline trajectory<double, Shape> values(const trajectory<T, Shape>& at, in
     return out;
 }
 
-// The same with all contacts that touch on their stops exactly: what is to be known of forces that vanish there.
+// Values with all contacts that touch put on their stops exactly: forces that vanish there are read from these.
 template <class T, class Flow>
 VI_HD inline auto on_stops(const hybrid<Flow>& system,
                            const trajectory<T, typename Flow::shape_type>& at) {

@@ -95,7 +95,7 @@ VI_HD inline void set_rate(const hybrid<Flow>& system, trajectory<T, typename Fl
     if (abs(plain(at.rate[i])) <= tie_margin * terms_of(system, at, i, 1)) at.rate[i] = T(0.0);
 }
 
-// Which other stops are reached within rounding at the moment of an event, or not left yet. A gap that the
+// Finds the other stops that are reached within rounding at the moment of an event, or not left yet. A gap that the
 // mode `flown` keeps has no rate: what rounding has made of its velocity in y says nothing. Where one was
 // touching, it is.
 template <class T, class Flow>
@@ -180,7 +180,7 @@ VI_CALL event<T, typename Flow::shape_type> impact_at(const hybrid<Flow>& system
     return e;
 }
 
-// Of a flight that ends on no stop.
+// Status of a flight that ends on no stop.
 VI_HD inline status status_of(flight_end end) {
     switch (end) {
     case flight_end::horizon:
@@ -323,7 +323,7 @@ event_of_rest(const hybrid<Flow>& system, const trajectory<T, typename Flow::sha
 
 } // namespace detail
 
-// Which transition the end of a flight is, by the guard that it ends on and the mode it was in.
+// Kind of the end of a flight, by the guard that it ends on and the mode it was in.
 enum class transition { none, impact, grazing, release, change };
 template <class T, class Flow>
 VI_HD inline transition transition_of(const hybrid<Flow>& system,
@@ -366,7 +366,7 @@ impact_at_once(const hybrid<Flow>& system, trajectory<T, typename Flow::shape_ty
     return detail::impact_at(system, at, contact, T(0.0));
 }
 
-// What rest on a stop does before a flight: contacts that are pressed close, chatter is completed.
+// Events of rest on a stop before a flight: contacts that are pressed close, chatter is completed.
 // False where it does nothing; `e` is what was done.
 template <class T, class Flow>
 VI_HD inline bool before_flight(const hybrid<Flow>& system,

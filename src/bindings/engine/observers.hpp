@@ -1,4 +1,4 @@
-// What the bindings keep of a run: a record, a count, the growth of a tangent vector.
+// Observers of the bindings: a record, a count, the growth of a tangent vector.
 #pragma once
 
 #include "engine/physical_map.hpp"

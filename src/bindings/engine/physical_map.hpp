@@ -8,7 +8,7 @@
 
 namespace binding {
 
-// What add_mode was told of one mode; row-major, see coordinates.py.
+// Numbers of one mode as add_mode got them; row-major, see coordinates.py.
 struct physical_map {
     numbers to_x, to_v, offset, from_x, from_v, particular, shift;
 };

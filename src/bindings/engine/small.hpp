@@ -1,4 +1,4 @@
-// Which flows without blocks are small: their states are copied, and their modes built, in a fraction of the time.
+// Small flows without blocks: their states are copied, and their modes built, in a fraction of the time.
 #pragma once
 
 #include <cstddef>

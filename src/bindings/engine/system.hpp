@@ -1,4 +1,4 @@
-// What the Python side of the package sees of a compiled hybrid system, whatever its shape.
+// A compiled hybrid system of any shape, as Python sees it.
 #pragma once
 
 #include <memory>
@@ -115,7 +115,7 @@ public:
     // Decide the states of elements: 0, the code of a mode that this takes, or -1 where none can last.
     virtual int settle(position& at) const = 0;
     virtual record simulate(position& at, const limits_data& limits) const = 0;
-    // The same without a record: settling, timing. Returns the reason, the code and the events seen.
+    // Runs without a record, for settling and timing. Returns the reason, the code and the events seen.
     virtual progress advance(position& at, const limits_data& limits) const = 0;
     // Evaluate flights: y[i] in mode[i] after dt[i], as x, v rows.
     virtual numbers evaluate(const std::vector<int>& mode, const numbers& y,
@@ -125,7 +125,7 @@ public:
                                     const limits_data& limits) const = 0;
     virtual lyapunov_result lyapunov(const position& at, const limits_data& limits,
                                      long block) const = 0;
-    // The same of several tangents, at most tangent_width of the flow: their growths stand together.
+    // Growths of several tangents, at most tangent_width of the flow, which stand together.
     virtual lyapunov_result spectrum(const position& at, const limits_data& limits, long block,
                                      int count) const = 0;
     // Free mode: accelerations at (x, v, phases); the flow after dt as a matrix; the impact matrix.

@@ -1,4 +1,4 @@
-// What Python asks of a system, for one flow of the kernel.
+// Answers of a system to Python, for one flow of the kernel.
 #pragma once
 
 #include <stdexcept>

@@ -60,7 +60,7 @@ private:
     std::vector<numbers_of_field> arrays_;
 };
 
-// What is to be run. The arrays hold one system, of which every member is, in turn.
+// Members to be run. The arrays hold one system, of which every member is, in turn.
 struct batch_run {
     const system_numbers& numbers;
     const vi::batch_arrays& arrays;

@@ -11,7 +11,7 @@ namespace binding {
 
 namespace {
 
-// Of every system, in turn; zeros where there are no blocks.
+// Blocks of every system, in turn; zeros where there are none.
 struct tables {
     std::size_t n;
     std::vector<double> found, k, c, positions, velocities, back;

@@ -53,7 +53,7 @@ struct chatter_flights {
     numbers states, durations, states_by, durations_by;
 };
 
-// Where a map starts and ends: put on a stop by solving for one coordinate (or stop = -1), and after
+// Start and end of a map: put on a stop by solving for one coordinate (or stop = -1), and after
 // the last event or after a whole time, given with its derivatives, which ends in a mode.
 struct ends {
     int stop, solved;

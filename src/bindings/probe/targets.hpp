@@ -1,4 +1,4 @@
-// Which builds of the kernel this processor runs, best first.
+// Builds of the kernel that this processor runs, best first.
 #pragma once
 
 #include <string>

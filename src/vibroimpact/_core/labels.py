@@ -38,5 +38,5 @@ def labelled(points: Iterable[Point], label: str) -> Point:
 
 
 def counted(kinds: Iterable[str], nothing: str = "no special point") -> str:
-    """How many there are of each kind, in words."""
+    """Text of the number of each kind: "1 BP, 2 NS"."""
     return ", ".join(f"{n} {kind}" for kind, n in Counter(kinds).items()) or nothing

@@ -1,4 +1,4 @@
-"""How far a long work has come: told to a function, or displayed on standard error."""
+"""Progress of a long work: told to a function, or displayed on standard error."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOGGING_SECONDS = 60.0  # a stage that lasts has a line so often, where there is
 
 
 class ProgressReport(NamedTuple):
-    """How far a work has come, as a function given as ``progress`` is told.
+    """Progress of a work, which a function given as ``progress`` is told.
 
     ``progress=print`` prints it as a sentence.
 
@@ -180,7 +180,7 @@ class Reporter:
         self._bar.close()
 
     def say(self, text: str, done: int = 0, total: int | None = None) -> None:
-        """Tell in words."""
+        """Report a text."""
         self._begin()
         self._tell(text, done, total)
         self._bar.note(text)

@@ -13,24 +13,14 @@ from vibroimpact._core.types import Flags, Floats, Integers
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """Windows of segments, one after the other; the last one of a segment may reach beyond its end.
+    """Windows of segments, one after the other; the last one of a segment may reach beyond its end."""
 
-    Attributes
-    ----------
-    length
-        Of a window.
-    durations
-        Of the segments, shape (m,).
-    segment, start
-        Segment of each window, and its start since that of the segment, shape (w,).
-    first, last
-        Windows of the start and of the end of each segment, shape (m,).
-    """
-
-    length: float
-    durations: Floats
+    length: float  # of a window
+    durations: Floats  # of the segments, shape (m,)
+    # segment of each window, and its start since that of the segment, shape (w,)
     segment: Integers
     start: Floats
+    # windows of the start and of the end of each segment, shape (m,)
     first: Integers
     last: Integers
 

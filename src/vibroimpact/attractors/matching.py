@@ -36,13 +36,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.attractors.point_sets import SHORTER_PERIOD_DISTANCE
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation import sections
 
 if TYPE_CHECKING:
-    import xarray as xr
     from scipy.spatial import cKDTree
 
 # This is the distance of (1): a member within 1e-6 per period of a return, multiplier up to 0.999.

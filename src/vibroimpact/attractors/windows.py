@@ -85,7 +85,7 @@ class Sampler:
         return exponent_from(self.motion, EXPONENT_IMPACTS // per_impact)
 
     def _impacts(self, at: AtStop, points: int) -> Window:
-        """Twice as many impacts again and again, in one record, until enough of them are at the stop."""
+        """Record impacts, each time twice as many, until enough of them are at the stop."""
         motion, count = self.motion, 2 * points
         begin = motion.at, motion.last
         part = motion.record(count, points)

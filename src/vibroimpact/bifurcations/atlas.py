@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_flag, check_kind, check_progress
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
@@ -33,19 +33,16 @@ from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves
 from vibroimpact.bifurcations.emanating import uninterrupted
 from vibroimpact.bifurcations.kinds import WEAK
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
+from vibroimpact.bifurcations.switch_curve import switch_curve
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.kinds import BP
-from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.continuation import Steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 DISTANCE_OF_CHORD = 0.1  # this is the distance of (1), relative to the length of the chord
 # This is the distance of (2), relative to the ranges of the parameters.
@@ -273,13 +270,13 @@ class _Search:
 
     def _switch(self, point: BifurcationPoint) -> None:
         found = switch_curve(point, self.bounds, steps=self.steps)
-        if isinstance(found, NoCurve):
+        if isinstance(found, NotFound):
             if not getattr(point.normal_form, "switchable", ()):
                 return  # theory has none
             self.failures.append(repr(found))
             return
         for curve in found:
-            if isinstance(curve, NoCurve):
+            if isinstance(curve, NotFound):
                 self.failures.append(repr(curve))
                 continue
             middle = curve.orbit(len(curve) // 2)

@@ -79,7 +79,7 @@ class _OneEquation(ABC):
         """Derivatives by z and by both parameters, shape (d + 2,)."""
 
     def start(self, _z: Floats, _a: Pair, /) -> Floats:
-        """No unknowns."""
+        """Return no unknowns."""
         return np.empty(0)
 
     def derivatives(self, z: Floats, _w: Floats, a: Pair, /) -> Derivatives:
@@ -146,12 +146,12 @@ class CriticalPair(_OneEquation):
         self.equations = equations
 
     def tau(self, z: Floats, a: Pair, without: tuple[int, int] | None = None) -> float:
-        """Tau of (2), without one pair if it is named."""
+        """Return tau of (2), without one pair if it is named."""
         mu = self.equations.multipliers(z, a)
         return products_of_pairs(mu, without) * self.equations.weight(z, a) ** (len(mu) - 1)
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
-        """Tau."""
+        """Return tau."""
         return np.array([self.tau(z, a)])
 
     def gradient(self, z: Floats, a: Pair) -> Floats:
@@ -162,7 +162,7 @@ class CriticalPair(_OneEquation):
             return -self.tau(z, a, (i, j)) * self._of_product(z, a, mu[[i, j]])  # (3)
 
     def _of_product(self, z: Floats, a: Pair, pair: Complexes) -> Floats:
-        """D det S of (3), shape (d + 2,)."""
+        """Derivative of det S of (3), shape (d + 2,)."""
         eq = self.equations
         scaling = eq.sizes / eq.rows[:, None]
         closing = eq.closing * scaling

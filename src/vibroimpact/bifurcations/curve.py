@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.checks import check_index
 from vibroimpact._core.labels import counted, labelled
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
 from vibroimpact.bifurcations.tests_along import COSINE
@@ -18,9 +19,6 @@ from vibroimpact.continuation import Curve, End
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.results.result import INSIDE, Result, along, rows
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +74,7 @@ class BifurcationCurve(Result):
 
     @property
     def ends(self) -> tuple[End, End]:
-        """Why the curve ended before its start and after it."""
+        """Reasons why the curve ended, before its start and after it."""
         return self.curve.ends
 
     def orbit(self, index: int) -> Any:
@@ -86,7 +84,7 @@ class BifurcationCurve(Result):
 
     @property
     def angle(self) -> Floats:
-        """For NS: the angle of the critical multiplier in turns, in [0, 1/2]; NaN on neutral saddles; shape (n,)."""
+        """Angle of the critical multiplier of NS in turns, in [0, 1/2]; NaN on neutral saddles; shape (n,)."""
         if self.record.critical != (None,):
             return np.full(len(self), np.nan)
         tests = self.curve.tests[COSINE]
@@ -125,7 +123,7 @@ class BifurcationCurve(Result):
 
 
 def _coefficients(point: BifurcationPoint) -> list[str]:
-    """Coefficients and what is born in words, or why there are none; weak resonances and touches have none."""
+    """Text of the coefficients and of what is born, or why there are none; empty for weak resonances and touches."""
     form = point.normal_form
     if isinstance(form, Refusal):
         none = not point.record.critical

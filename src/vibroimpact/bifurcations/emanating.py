@@ -58,7 +58,7 @@ class Slice:
         return self._sizes
 
     def watch(self, _z: Floats, _p: float) -> dict[str, float]:
-        """No test functions: folds are found by the continuation."""
+        """Return no test functions: the continuation finds folds itself."""
         return {}
 
 

@@ -1,4 +1,4 @@
-"""Where a curve of bifurcations meets the curve on which its orbits touch a stop.
+"""Contact of a curve of bifurcations with the curve on which its orbits touch a stop.
 
 Method      Flight times are unknowns, so that orbits with an impact of speed s >= 0 and their continuation s < 0, which
             is no motion, form a smooth surface F(z, a) = 0, as do orbits without the impact by their gap. Both curves
@@ -124,7 +124,7 @@ class GrazingContact:
 
     @property
     def numbers(self) -> dict[str, Any]:
-        """How the curves meet, by name."""
+        """Quantities that say how the curves meet, by name."""
         names = ("curve_kind", "along", "across", "at", "order", "coefficient", "admissible_side")
         return {name: getattr(self, name) for name in names}
 
@@ -205,7 +205,7 @@ def touch_condition(
 
 
 def grazing_contact(_kind: PointKind, at: BifurcationPoint) -> GrazingContact | Refusal:
-    """How the curve of a special point at a touch meets the curve of the touch."""
+    """Compute how the curve of a special point at a touch meets the curve of the touch."""
     point = touching(at)
     plane, z, a = point.plane, point.z, point.a
     mu = plane.multipliers(z, a)

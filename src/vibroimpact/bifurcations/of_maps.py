@@ -60,7 +60,7 @@ class MapPlane:
         return values[np.argsort(-np.abs(values), kind="stable")]
 
     def weight(self, _z: Floats, _a: Pair, /) -> float:
-        """One: no multiplier is infinite."""
+        """Return one: no multiplier is infinite."""
         return 1.0
 
     def forms(self, z: Floats, a: Pair) -> MapForms:
@@ -81,7 +81,7 @@ class MapPlane:
         return first
 
     def touches(self, _z: Floats, _a: Pair, /) -> Mapping[str, float]:
-        """No closing rates: a map has no stops that an orbit could touch."""
+        """Return nothing: a map has no stops that an orbit could touch."""
         return {}
 
     def solution(self, z: Floats, a: Pair) -> FixedPoint:

@@ -28,18 +28,10 @@ class Meaning(IntEnum):
 
 
 class Stretch(NamedTuple):
-    """Part of a curve with one meaning.
+    """Part of a curve with one meaning."""
 
-    Attributes
-    ----------
-    meaning
-        Of all of it.
-    values
-        Both parameters along it, ends included, shape (k, 2).
-    """
-
-    meaning: Meaning
-    values: Floats
+    meaning: Meaning  # of all of it
+    values: Floats  # both parameters along it, ends included, shape (k, 2)
 
 
 def stretches(curve: BifurcationCurve) -> list[Stretch]:

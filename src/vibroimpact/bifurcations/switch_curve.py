@@ -14,7 +14,7 @@ Method      which curves begin is said by the normal form (normal_forms/codimens
             Otherwise the next smaller distance is tried.
             R1 and curves of the same orbit through the point: continue_bifurcation with the other kind.
 Assumes     what the normal form assumes
-Fails       ``NoCurve`` with a sentence
+Fails       ``NotFound`` with a sentence
 Reference   Kuznetsov, Elements of Applied Bifurcation Theory, chapter 9
 """
 
@@ -22,7 +22,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -66,16 +65,11 @@ Starts = Callable[[float], Iterable[Born]]  # of a curve, at a distance
 
 
 class Options(NamedTuple):
-    """How curves are followed."""
+    """Options with which curves are followed."""
 
     bounds: Both
     steps: Steps | None
     report: Reporter
-
-
-@dataclass(frozen=True, repr=False)
-class NoCurve(NotFound):
-    """Reason why no other curve, or one of several, was found at a point of codimension two."""
 
 
 def switch_curve(
@@ -84,7 +78,7 @@ def switch_curve(
     *,
     steps: Steps | None = None,
     progress: ProgressOption = False,
-) -> tuple[BifurcationCurve | NoCurve, ...] | NoCurve:
+) -> tuple[BifurcationCurve | NotFound, ...] | NotFound:
     """Follow the curves of bifurcations that begin at a point of codimension two.
 
     Parameters
@@ -98,9 +92,9 @@ def switch_curve(
 
     Returns
     -------
-    tuple of BifurcationCurve, or NoCurve
-        One curve, both folds of period four at R4, at GR and ZERO first the curve of the touch; a :class:`NoCurve`
-        in the place of one that was not found. Without any, a :class:`NoCurve` that states why theory has none, or
+    tuple of BifurcationCurve, or NotFound
+        One curve, both folds of period four at R4, at GR and ZERO first the curve of the touch; a :class:`NotFound`
+        in the place of one that was not found. Without any, a :class:`NotFound` that states why theory has none, or
         why none was found.
 
     Raises
@@ -124,18 +118,18 @@ def switch_curve(
     inside = checked_bounds(point, bounds)
     form = point.normal_form
     if isinstance(form, Refusal):
-        return NoCurve(point, form.reason)
+        return NotFound(point, form.reason)
     if not form.switchable:
-        return NoCurve(point, form.why_not)
+        return NotFound(point, form.why_not)
     with Reporter(progress, f"curves from {point.label}") as report:
         found = tuple(_curves(point, form, Options(inside, steps, report)))
-    missing = [curve for curve in found if isinstance(curve, NoCurve)]
+    missing = [curve for curve in found if isinstance(curve, NotFound)]
     return found if len(missing) < len(found) else missing[0]
 
 
 def _curves(
     point: BifurcationPoint, form: Any, options: Options
-) -> Iterator[BifurcationCurve | NoCurve]:
+) -> Iterator[BifurcationCurve | NotFound]:
     """The curves that the normal form announces; for each that is not found the reason."""
     for k, new in enumerate(form.switchable):
         if isinstance(form, GrazingContact):
@@ -149,7 +143,7 @@ def _curves(
 
 def _of_same_orbit(
     point: BifurcationPoint, kind: str, options: Options
-) -> BifurcationCurve | NoCurve:
+) -> BifurcationCurve | NotFound:
     bounds, steps, report = options
     names = point.problem.equations.names
     try:
@@ -158,7 +152,7 @@ def _of_same_orbit(
             progress=lambda told: report.say(told.text, told.done),
         )  # fmt: skip
     except InvalidParameterError as error:
-        return NoCurve(point, f"the curve of {kind} could not be followed: {error}")
+        return NotFound(point, f"the curve of {kind} could not be followed: {error}")
 
 
 # ---- curves of orbits of a multiple period -------------------------------------------------------
@@ -172,7 +166,7 @@ def _starts(point: BifurcationPoint, k: int, bounds: Both) -> Starts:
 
 def _beginning(
     point: BifurcationPoint, new: NewCurve, options: Options, starts: Starts
-) -> BifurcationCurve | NoCurve:
+) -> BifurcationCurve | NotFound:
     """The first curve that begins at the point (1)."""
     origin, refused = solution_at(point), Counter[str]()
     for size in START_DISTANCES:
@@ -198,10 +192,10 @@ def _without_failure(starts: Starts, size: float, refused: Counter[str]) -> Iter
             refused["there is no start within the bounds"] += 1
 
 
-def _nothing(point: BifurcationPoint, new: NewCurve, refused: Counter[str]) -> NoCurve:
+def _nothing(point: BifurcationPoint, new: NewCurve, refused: Counter[str]) -> NotFound:
     why = "; ".join(f"{reason} ({times} times)" for reason, times in refused.most_common())
     within = f"at distances from {START_DISTANCES[0]:g} to {START_DISTANCES[-1]:.1g}"
-    return NoCurve(point, f"no curve of {new} that begins at the point was found {within}: {why}")
+    return NotFound(point, f"no curve of {new} that begins at the point was found {within}: {why}")
 
 
 def _leading_back(
@@ -253,7 +247,7 @@ def _ends_near(curve: BifurcationCurve, origin: Solution, start: int) -> bool:
 
 def _at_touch(
     point: BifurcationPoint, new: NewCurve, options: Options, is_own: bool
-) -> BifurcationCurve | NoCurve:
+) -> BifurcationCurve | NotFound:
     """A curve that begins where an orbit of a curve touches a stop."""
     if is_own:
         return _of_same_orbit(point, new.kind, options)
@@ -266,7 +260,7 @@ def _at_touch(
             start, bounds, steps=steps, progress=report.counted("points", start.equations.names[1])
         )
     except (InvalidParameterError, LinAlgError) as error:
-        return NoCurve(point, f"the curve of {new} could not be followed: {error}")
+        return NotFound(point, f"the curve of {new} could not be followed: {error}")
 
 
 def _beside_touch(point: BifurcationPoint, kind: PointKind) -> Start:

@@ -70,7 +70,7 @@ COSINE = min(
 
 
 def nothing(_z: Floats, _w: Floats, _a: Pair) -> Mapping[str, float]:
-    """No test functions, for curves of touches and levels."""
+    """Return no test functions, for curves of touches and levels."""
     return {}
 
 

@@ -9,7 +9,7 @@ Method      on the centre manifold (unfold.py) a circle of radius r with rotatio
             so that r is enlarged until rounding no longer hides it.
 Assumes     q >= 5 and Re d != 0 at the tip
 Accuracy    that of curves of SN
-Fails       ``NoTongue`` with a sentence
+Fails       ``NotFound`` with a sentence
 Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 7.3; (3) Arnold (1977)
 """
 
@@ -19,12 +19,13 @@ import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds, is_inside
@@ -49,9 +50,6 @@ from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.neimark_sacker import NeimarkSacker, neimark_sacker
 from vibroimpact.results.result import Result
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 SMALLEST_RADIUS = 0.04  # r is so large at least, relative to the size of the orbit
 LARGEST_RADIUS = 0.5  # r is so large at most
 RADIUS_GROWTH = 1.5  # r grows by this factor from one try to the next
@@ -67,11 +65,6 @@ TINY = float(np.finfo(float).tiny)
 TIP_OF_RADIUS = 0.8
 SIDES = Steps(first=0.05, largest=1.0, tolerance=1e-6, points=600)
 ALONG = Steps(first=0.02, largest=0.5, points=200)
-
-
-@dataclass(frozen=True, repr=False)
-class NoTongue(NotFound):
-    """Reason why no tongue was found at a weak resonance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +115,7 @@ def tongue(
     *,
     steps: Steps | None = None,
     progress: ProgressOption = False,
-) -> Tongue | NoTongue:
+) -> Tongue | NotFound:
     """Follow both sides of the tongue of locked orbits that begins at a weak resonance.
 
     Parameters
@@ -139,8 +132,8 @@ def tongue(
 
     Returns
     -------
-    Tongue or NoTongue
-        :class:`NoTongue` states the reason.
+    Tongue or NotFound
+        :class:`NotFound` states the reason.
 
     Raises
     ------
@@ -163,7 +156,7 @@ def tongue(
     origin = solution_at(point)
     form = neimark_sacker(NS, origin.equations.forms(origin.z, origin.a), parameter=False)
     if isinstance(form, Refusal):
-        return NoTongue(point, form.reason)
+        return NotFound(point, form.reason)
     p, q = point.resonance
     manifold = centre(*origin, complex(np.exp(2j * math.pi * p / q)))
     with Reporter(progress, f"tongue {p}/{q}") as report:
@@ -180,7 +173,7 @@ def tongue(
                 first, second = sides
                 if min(len(first), len(second)) > 1:
                     return Tongue(point, (first, second), start.radius)
-    return NoTongue(
+    return NotFound(
         point, "no locked orbit between two folds was found near the tip, within the bounds"
     )
 

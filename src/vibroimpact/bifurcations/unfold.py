@@ -27,31 +27,19 @@ SINGULAR_RELATIVE = 1e-6  # a smaller singular value of (3) belongs to a multipl
 
 @dataclass(frozen=True)
 class Centre:
-    """Centre manifold (2) at a point of the plane.
+    """Centre manifold (2) at a point of the plane."""
 
-    Attributes
-    ----------
-    equations, z, a
-        The solution.
-    nu
-        The critical multiplier, in the upper half plane.
-    v, h20, h11
-        Changes of the unknowns, shape (d,).
-    drift
-        z_a, shape (d, 2).
-    slopes
-        dnu/da, shape (2,).
-    """
-
+    # the solution
     equations: Equations
     z: Floats
     a: Pair
-    nu: complex
+    nu: complex  # the critical multiplier, in the upper half plane
+    # changes of the unknowns, shape (d,)
     v: Complexes
     h20: Complexes
     h11: Floats
-    drift: Floats
-    slopes: Complexes
+    drift: Floats  # z_a, shape (d, 2)
+    slopes: Complexes  # dnu/da, shape (2,)
 
     def offset(self, change: complex) -> Floats:
         """Change da of both parameters that changes log nu by so much, to first order."""

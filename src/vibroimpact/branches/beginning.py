@@ -11,13 +11,13 @@ Method      PD      the doubled sequence, twice the cycles: a branch point of it
             GR, ZERO, SIM, STICK of an element: the motion a little beyond, on either side, from the
             orbit's state: where it has another sequence that closes nearly, Newton's method starts
             there                                                                                 (3)
-Fails       ``NoBranch`` with a sentence: no start converges
+Fails       ``NotFound`` with a sentence: no start converges
 Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -45,11 +45,6 @@ STEPS_BEYOND_TOUCH = (1e-4, 1e-3, 1e-2)
 SIMULATED_PERIODS = 3.5  # (3) simulates so many periods
 # A step of this length along a scaled tangent finds the side on which the touching impact closes.
 NUDGE_ALONG_TANGENT = 1e-4
-
-
-@dataclass(frozen=True, repr=False)
-class NoBranch(NotFound):
-    """Reason why no branch was found at a special point."""
 
 
 class BranchStart(NamedTuple):
@@ -81,13 +76,13 @@ def _family(
 
 def _through(
     point: BifurcationPoint, signature: Signature, guess: Guess, along: Guess, bounds: Bounds
-) -> BranchStart | NoBranch:
+) -> BranchStart | NotFound:
     """Start on the other branch of a branch point; ``along`` is the known tangent."""
     family, z = _family(point, signature, guess, bounds)
     tangent = np.append(_packed(point, signature, along), point.tangent[-1])
     found = switch(family, z, point.parameter, tangent, bounds)
     if not found.found:
-        return NoBranch(point, found.status)
+        return NotFound(point, found.status)
     return BranchStart(family, found.z, found.parameter, found.tangent, both=True)
 
 
@@ -98,7 +93,7 @@ def _tangent_of(point: BifurcationPoint) -> Guess:
     return with_mirror(half, 0.0) if point.orbit.symmetric else half
 
 
-def doubled(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+def doubled(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start on the branch of the orbits of twice the period."""
     once = point.orbit.signature
     twice = once.repeated(2)
@@ -106,20 +101,20 @@ def doubled(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
     return _through(point, twice, guess, repeated(_tangent_of(point), 0, 2), bounds)
 
 
-def branching(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+def branching(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start on the branch that crosses, of orbits without the symmetry."""
     signature = replace(point.orbit.signature, symmetric=False)
     return _through(point, signature, unfolded(point.orbit), _tangent_of(point), bounds)
 
 
-def grown(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+def grown(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start (1) on the branch of the orbits with an impact more."""
     assert point.nearest is not None
     start = _ordinary(point, *with_touch(point.orbit, point.nearest), bounds)
-    return start if isinstance(start, NoBranch) else _closing(start, point.nearest.segment)
+    return start if isinstance(start, NotFound) else _closing(start, point.nearest.segment)
 
 
-def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start (3) on the branch of the orbits with an event more, or fewer."""
     known, name, why = point.orbit.signature, point.name, set()
     for step in STEPS_BEYOND_TOUCH:
@@ -144,7 +139,7 @@ def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBra
             if tangent is not None:
                 return BranchStart(family, z, p, tangent, both=True)
     none = "no orbit with another sequence was found next to it"
-    return NoBranch(point, "; ".join([none, *sorted(why)]))
+    return NotFound(point, "; ".join([none, *sorted(why)]))
 
 
 def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
@@ -192,13 +187,13 @@ def _with_mirror(like: Signature, impacts: list[Stop], flights: list[Flight]) ->
 
 def _ordinary(
     point: BifurcationPoint, signature: Signature, guess: Guess, bounds: Bounds
-) -> BranchStart | NoBranch:
+) -> BranchStart | NotFound:
     """Start at an ordinary point of a signature's equations, in both directions."""
     family, z = _family(point, signature, guess, bounds)
     tangent = single_tangent(family, z, point.parameter)
     if tangent is None:
         count = len(signature.impacts)
-        return NoBranch(point, f"the equations with {count} impacts have no single tangent there")
+        return NotFound(point, f"the equations with {count} impacts have no single tangent there")
     return BranchStart(family, z, point.parameter, tangent, both=True)
 
 
@@ -221,9 +216,9 @@ def single_tangent(problem: Problem, z: Floats, p: float) -> Floats | None:
     return rows[-1] * sizes if values[-1] > LEAST_REGULAR_SINGULAR_VALUE else None
 
 
-def shrunk(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NoBranch:
+def shrunk(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start (2) on the branch of the orbits with an impact fewer."""
     found = without_impact(point.orbit, point.segment)
     if found is None:
-        return NoBranch(point, "without its only impact the orbit has none; simulate it")
+        return NotFound(point, "without its only impact the orbit has none; simulate it")
     return _ordinary(point, *found[:2], bounds)

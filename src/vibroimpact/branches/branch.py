@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import check_index
 from vibroimpact._core.labels import counted, labelled
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Flags, Floats, Integers
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.point import BifurcationPoint
@@ -17,9 +18,6 @@ from vibroimpact.continuation import Curve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.stability import Stability, flags
 from vibroimpact.results.result import INSIDE, Result, along, rows
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,24 +123,12 @@ class Branch(Result):
 
 
 class BranchProfile(NamedTuple):
-    """Points and special points of a branch in the order of its arclength.
+    """Points and special points of a branch in the order of its arclength."""
 
-    Attributes
-    ----------
-    parameter
-        Shape (m,).
-    z
-        Unknowns, shape (m, d).
-    special
-        Number of the special point, -1 for others, shape (m,).
-    stability
-        :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
-    """
-
-    parameter: Floats
-    z: Floats
-    special: Integers
-    stability: Integers
+    parameter: Floats  # shape (m,)
+    z: Floats  # unknowns, shape (m, d)
+    special: Integers  # number of the special point, -1 for others, shape (m,)
+    stability: Integers  # Stability of the stretch from each point to the next, shape (m - 1,)
 
 
 def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:

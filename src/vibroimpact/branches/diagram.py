@@ -21,7 +21,7 @@ from __future__ import annotations
 import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
@@ -31,12 +31,12 @@ from vibroimpact._core.checks import (
     check_memory,
     check_progress,
 )
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.beginning import NoBranch
 from vibroimpact.branches.branch import Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import switch_branch
@@ -47,9 +47,6 @@ from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, converged, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
 from vibroimpact.simulation.places import AtStop
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Say = Callable[[str], object]
 
@@ -64,22 +61,14 @@ STOP_WHEN = inadmissible()
 
 
 class Reached(NamedTuple):
-    """Result of switching at a special point.
+    """Result of switching at a special point."""
 
-    Attributes
-    ----------
-    branch, label
-        Number of the branch and label of the point.
-    to
-        Number of the branch that was found there or was known; None where there is none.
-    how
-        "new"; "known", "mirror image"; or the reason why there is none.
-    """
-
+    # number of the branch and label of the point
     branch: int
     label: str
+    # number of the branch that was found there or was known; None where there is none
     to: int | None
-    how: str
+    how: str  # "new"; "known", "mirror image"; or the reason why there is none
 
 
 @dataclass(frozen=True)
@@ -383,7 +372,7 @@ class Tree:
         left = f"{len(self.waiting)} more points to try"
         which = f"branch {len(self.branches)}, {where}, {left}"
         found = switch_branch(point, self.bounds, **self.following.options(which))
-        if isinstance(found, NoBranch):
+        if isinstance(found, NotFound):
             result = Reached(number, point.label, None, found.reason)
         else:
             self.interrupted = _interrupted(found)

@@ -231,7 +231,7 @@ class OrbitFamily(OrbitProblem):
         return float(np.prod(rates / self._saturated(rates)))
 
     def _closing_rates(self, z: Floats, p: Value) -> Floats:
-        """Rho_k of (1)."""
+        """Rates rho_k of (1)."""
         rates: Floats = self.linearised(z, p).rate / self._rates
         return rates
 
@@ -257,7 +257,7 @@ class OrbitFamily(OrbitProblem):
         return {self.parameter: p}
 
     def _events(self, z: Floats, p: Value) -> dict[str, float]:
-        """Test functions of kinds that are given by one."""
+        """Values of the test functions that users gave."""
         arguments = self.arguments(z, p)
         return {
             f"{EVENT} {label}": float(kind.function(*arguments))

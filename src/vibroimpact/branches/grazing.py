@@ -42,6 +42,9 @@ from vibroimpact.orbits.orbit import Orbit
 TEST = "gap"  # name of the least gap as a test function
 FINEST_OF_DISTANCE = 1e-13  # a point is known so well, relative to the distance of two points
 NO_TIME_OF_PERIOD = 1e-9  # a flight that is shorter, relative to the period, has no duration
+LEAST_COSINE_SQUARED = (
+    0.25  # a curve that turns further between two points is followed along the chord
+)
 UNKNOWN = "the least gap is not known all the way between two points"
 # An extremum that is so near to an impact on the same stop, relative to the flight, belongs to it.
 EDGE_OF_FLIGHT = 1e-2
@@ -73,31 +76,47 @@ class _Between:
         self.problem = scaled(family, bounds)
         ends = [self.problem.scaled(curve.z[k], curve.parameter[k]) for k in (i, i + 1)]
         self.start, self.step = ends[0], ends[1] - ends[0]
+        self.size = float(self.step @ self.step)
+        self.turns = [self._turn(curve.tangent[k]) for k in (i, i + 1)]
+        self.known: dict[float, tuple[Node, Orbit] | None] = {}
 
-    def node(self, share: float) -> Node | None:
-        """Point at this share; None where Newton's method does not converge."""
-        size = float(self.step @ self.step)
-        target = float(self.step @ self.start) + share * size
-        return correct(self.problem, self.start + share * self.step, self.step, target).node
+    def _turn(self, tangent: Floats) -> Floats:
+        """What the direction at a point has beside the chord; zero where it is nearly across the chord."""
+        unit = self.problem.unit(tangent)
+        along = float(self.step @ unit)
+        if along**2 < LEAST_COSINE_SQUARED * self.size:
+            return np.zeros_like(unit)
+        turn: Floats = unit * (self.size / along) - self.step
+        return turn
+
+    def at(self, share: float) -> tuple[Node, Orbit] | None:
+        """Point and orbit at this share, kept; None where Newton's method does not converge.
+
+        It begins on the cubic through both points along the curve's directions there.
+        """
+        if share not in self.known:
+            bend = (1.0 - share) * self.turns[0] - share * self.turns[1]
+            guess = self.start + share * self.step + share * (1.0 - share) * bend
+            target = float(self.step @ self.start) + share * self.size
+            node = correct(self.problem, guess, self.step, target).node
+            orbit = node and self.family.orbit(*self.problem.solution(node.y))
+            self.known[share] = (node, orbit) if node and orbit else None
+        return self.known[share]
 
     def gap(self, share: float) -> float:
         """L at this share: NaN where the orbit is unknown, infinite without such an extremum."""
-        node = self.node(share)
-        orbit = node and self.orbit(node)
-        if not orbit or not orbit.converged:
+        found = self.at(share)
+        if not found or not found[1].converged:
             return math.nan
-        return orbit.gaps[self.place].gap if self.place in orbit.gaps else math.inf
-
-    def orbit(self, node: Node) -> Orbit:
-        """Orbit of a point."""
-        return self.family.orbit(*self.problem.solution(node.y))
+        gaps = found[1].gaps
+        return gaps[self.place].gap if self.place in gaps else math.inf
 
     def grazing(self, share: float, crossing: int) -> Grazing | Unresolved | None:
         """Orbit at this share, if it grazes (2)."""
-        node = self.node(share)
-        if node is None:
+        found = self.at(share)
+        if found is None:
             return self.unresolved(UNKNOWN)
-        orbit = self.orbit(node)
+        node, orbit = found
         nearest = orbit.gaps.get(self.place) if orbit.converged else None
         if nearest is None:
             return self.unresolved(UNKNOWN)

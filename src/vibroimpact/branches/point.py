@@ -36,7 +36,7 @@ class NotFound:
     reason: str
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__} at {self.point.label}: {self.reason}"
+        return f"NotFound at {self.point.label}: {self.reason}"
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -49,7 +49,7 @@ class BifurcationPoint(LocatedPoint):
     Attributes
     ----------
     record
-        What is known of its kind.
+        Record of its kind.
     label
         Kind and number along the branch, "NS1"; of a curve "R4_1", and for a weak resonance p/q "2/9_1".
     parameters
@@ -64,9 +64,9 @@ class BifurcationPoint(LocatedPoint):
     curve
         Kind of the curve on which it lies; None of a branch.
     nearest
-        Where a gap vanishes between the impacts: the stop that is touched, and where.
+        Stop that is touched, and where, if a gap vanishes between the impacts; else None.
     segment
-        Where it is one of an impact or a flight: the number of the solved impact or flight; else -1.
+        Number of the solved impact or flight to which it belongs; -1 where it belongs to none.
     """
 
     record: PointKind
@@ -91,7 +91,7 @@ class BifurcationPoint(LocatedPoint):
 
     @property
     def meaning(self) -> str:
-        """Meaning of the point in words."""
+        """Sentence about what happens at the point."""
         return self.record.of_element if self.of_element else self.record.meaning
 
     @property

@@ -5,11 +5,11 @@ from __future__ import annotations
 from vibroimpact._core.checks import range_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter
-from vibroimpact.branches.beginning import Bounds, BranchStart, NoBranch, neighbouring
+from vibroimpact.branches.beginning import Bounds, BranchStart, neighbouring
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.continue_orbit import STEPS, branch_of
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.branches.point import BifurcationPoint, check_point
+from vibroimpact.branches.point import BifurcationPoint, NotFound, check_point
 from vibroimpact.branches.stop_rules import RuleError, StopWhen, stop_rule
 from vibroimpact.continuation import Steps, continue_curve
 from vibroimpact.continuation.walk import BeginRule, CurveProgress, check_steps
@@ -22,7 +22,7 @@ def switch_branch(
     steps: Steps | None = None,
     stop_when: StopWhen | None = None,
     progress: ProgressOption = False,
-) -> Branch | NoBranch:
+) -> Branch | NotFound:
     """Follow the other branch through a special point.
 
     Parameters
@@ -37,8 +37,8 @@ def switch_branch(
 
     Returns
     -------
-    Branch or NoBranch
-        :class:`NoBranch` states the reason: another kind of point (at which the same orbits
+    Branch or NotFound
+        :class:`NotFound` states the reason: another kind of point (at which the same orbits
         continue, or a circle is born), or a start that did not converge.
 
     Raises
@@ -53,9 +53,9 @@ def switch_branch(
     low, high = range_of("bounds", wanted, point.name, point.parameter)
     begins = neighbouring if point.of_element else point.record.begins
     if begins is None:
-        return NoBranch(point, f"at a point of kind {point.kind} no other branch of orbits begins")
+        return NotFound(point, f"at a point of kind {point.kind} no other branch of orbits begins")
     start = begins(point, (low, high))
-    if isinstance(start, NoBranch):
+    if isinstance(start, NotFound):
         return start
     begin = stop_rule(stop_when, start.family, (low, high))
     try:
@@ -65,7 +65,7 @@ def switch_branch(
     except RuleError:
         raise
     except InvalidParameterError as error:  # the start does not converge
-        return NoBranch(point, str(error))
+        return NotFound(point, str(error))
 
 
 def _followed(

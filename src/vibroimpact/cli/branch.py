@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import range_of
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.branches.beginning import NoBranch
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.point import NotFound
 from vibroimpact.branches.stop_rules import Inadmissible, Rule, inadmissible, unstable
 from vibroimpact.branches.switch import switch_branch
 from vibroimpact.cli import common
@@ -112,7 +112,7 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     for label in arguments.switch:
         point = branches[-1][label]
         found = switch_branch(point, (low, high), stop_when=stop_when)
-        if isinstance(found, NoBranch):
+        if isinstance(found, NotFound):
             raise common.Failure(f"{point!r}: {found.reason}.")
         common.check_interrupted(found.curve)
         branches.append(found)

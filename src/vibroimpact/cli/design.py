@@ -7,7 +7,7 @@ import argparse
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.cli.response import BAND, add_band
-from vibroimpact.design.objective import mean_over, worst_over
+from vibroimpact.design.objective import Kind, Objective
 from vibroimpact.design.optimise import Design, optimise
 from vibroimpact.plotting.design_report import design_report
 from vibroimpact.plotting.report import PAGES
@@ -26,11 +26,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("design")
     text = "a parameter and its bounds; once for each parameter"
     common.add_named(group, "--bounds", common.RANGE, text, required=True)
-    add_band(group, worst_over)
+    add_band(group, Objective)
     group.add_argument(
         "--mean", action="store_true", help="judge by the mean over the band, not by the worst"
     )
-    common.add_arguments_of(group, worst_over, JUDGED)
+    common.add_arguments_of(group, Objective, JUDGED)
     common.add_arguments_of(group, optimise, SEARCHED)
     common.add_arguments_of(group, design_report, ["title"])
     common.add_out(parser, pages=PAGES)
@@ -41,8 +41,9 @@ def run(arguments: argparse.Namespace) -> Done:
     common.check_count("band", arguments.band, 1, common.RANGE)
     case = common.case_of(arguments, arguments.band, "band")
     parameter, band = common.band_of(arguments)
-    judge = mean_over if arguments.mean else worst_over
-    objective = judge(parameter, band, **common.given(arguments, (*BAND, *JUDGED)))
+    judged = common.given(arguments, (*BAND, *JUDGED))
+    kind: Kind = "mean" if arguments.mean else "worst"
+    objective = Objective(parameter, band, kind=kind, **judged)
     best = optimise(case.system, arguments.bounds, objective, **common.given(arguments, SEARCHED))
     common.check_interrupted(best)
     return Done([case.system, best], best, best.plot, lambda: _page(arguments, best))

@@ -1,4 +1,4 @@
-"""What the commands on ensembles share: options, starts, observers, the work, the report on it."""
+"""Common parts of the commands on ensembles: options, starts, observers, the work, the report on it."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ HOW = ("store", "backend", "workers", "client", "tile")
 def add_members(
     parser: argparse.ArgumentParser, over: str, observe: str, *, grid: bool = True
 ) -> None:
-    """Add the options that say which members: the system, one start or many, grid, observers."""
+    """Add the options of the members: the system, one start or many, the grid, the observers."""
     common.add_start(parser, at_orbit=False)
     group = parser.add_argument_group(
         "random starts",
@@ -68,7 +68,7 @@ def add_over(parser: argparse.ArgumentParser, text: str) -> None:
 
 
 def add_window(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a sweep: how long, where to, by whom."""
+    """Add the options of a sweep: its window, its store, its workers."""
     common.add_arguments_of(parser, sweep, (*WINDOW, *HOW))
     common.add_out(parser)
 

@@ -1,4 +1,4 @@
-"""What a command writes: data to netCDF or CSV, pictures by matplotlib, pages of HTML, all files or none."""
+"""Files of a command: data in netCDF or CSV, pictures, pages of HTML; all of them or none."""
 
 from __future__ import annotations
 
@@ -20,20 +20,11 @@ Picture = Callable[[], Axes]
 
 
 class Done(NamedTuple):
-    """Text that a command prints, and results that its files hold.
+    """Text that a command prints, and results that its files hold."""
 
-    Attributes
-    ----------
-    said
-        Results and lines, which are printed one below the other.
-    data
-        A result, or several, which go to numbered files, name-1.nc, name-2.nc, ...
-    picture, page
-        Make a picture, and a report in HTML; called only where a file wants them.
-    """
-
-    said: Sequence[object]
-    data: Any = ()
+    said: Sequence[object]  # results and lines, which are printed one below the other
+    data: Any = ()  # a result, or several, which go to numbered files, name-1.nc, name-2.nc, ...
+    # make a picture, and a report in HTML; called only where a file wants them
     picture: Picture | None = None
     page: Callable[[], str] | None = None
 

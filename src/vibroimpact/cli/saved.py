@@ -11,9 +11,7 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact.bifurcations.augmented import Both
 from vibroimpact.bifurcations.curve import BifurcationCurve
-from vibroimpact.bifurcations.switch_curve import NoCurve
-from vibroimpact.bifurcations.tongue import NoTongue
-from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.cli import common
 from vibroimpact.cli.curve import add_behind, plane_behind
 from vibroimpact.plotting import plot_curves
@@ -62,9 +60,9 @@ def request_of(arguments: argparse.Namespace) -> Request:
     return Request(curve, curve[arguments.at], (first, second), draw)
 
 
-def followed(request: Request, follow: Callable[..., Found | NoCurve | NoTongue]) -> Found:
+def followed(request: Request, follow: Callable[..., Found | NotFound]) -> Found:
     """Curve that begins at the point; a failure with the reason where nothing does."""
     found = follow(request.point, request.bounds, progress=True)
-    if isinstance(found, NoCurve | NoTongue):
+    if isinstance(found, NotFound):
         raise common.Failure(f"{found!r}.")
     return found

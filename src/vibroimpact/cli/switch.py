@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 
 from vibroimpact.bifurcations.curve import BifurcationCurve
-from vibroimpact.bifurcations.switch_curve import NoCurve, switch_curve
+from vibroimpact.bifurcations.switch_curve import switch_curve
+from vibroimpact.branches.point import NotFound
 from vibroimpact.cli import saved
 from vibroimpact.cli.output import Done
 
@@ -22,7 +23,7 @@ def run(arguments: argparse.Namespace) -> Done:
     request = saved.request_of(arguments)
     found = saved.followed(request, switch_curve)
     curves = [curve for curve in found if isinstance(curve, BifurcationCurve)]
-    missing = [f"{curve!r}." for curve in found if isinstance(curve, NoCurve)]
+    missing = [f"{curve!r}." for curve in found if isinstance(curve, NotFound)]
     return Done(
         [request.point.orbit.system, *curves, *missing],
         curves,

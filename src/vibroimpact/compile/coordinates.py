@@ -68,7 +68,7 @@ def columns_by(units: Vector, rows: Matrix) -> Matrix:
 
 
 def _rows_over(units: Vector, rows: Matrix) -> Matrix:
-    """Rows of what gives y, in these units."""
+    """Rows that give y, in these units."""
     return [[x / unit for x in row] for row, unit in zip(rows, units, strict=True)]
 
 
@@ -306,7 +306,7 @@ def _least_shift(a: Matrix, mass: Matrix, least: float) -> float:
 
 
 def guard_row(c: ModeCoordinates, contact: RigidStop) -> tuple[Vector, float]:
-    """U = row . x as a row on y."""
+    """Contact coordinate u = row . x as a row on y."""
     row = list(contact.row)
     return apply(transpose(c.to_x), row), dot(row, c.offset)
 

@@ -113,12 +113,12 @@ class Hybrid:
 
     @property
     def resets(self) -> list[tuple[Matrix, Vector]]:
-        """No element has impulses of its own."""
+        """Return no resets: rigid stops give no impulses of their own."""
         return []
 
     @property
     def elements(self) -> list[ElementOfKernel]:
-        """No element has states of its own."""
+        """Return no elements: rigid stops have no states beside open and closed."""
         return []
 
     def mode(self, code: int) -> Mode:
@@ -165,7 +165,7 @@ class Hybrid:
         ]
 
     def _possible(self, sides: list[list[int]]) -> list[Closed]:
-        """Every set of contacts that can be closed together, on these sides."""
+        """Sets of contacts that can be closed together, on these sides."""
         sets = [
             tuple(Stop(i, s) for i, s in enumerate(choice) if s)
             for choice in itertools.product(*([0, *some] for some in sides))
@@ -329,7 +329,7 @@ class Compiled:
         return h if isinstance(h, Piecewise) else Piecewise(self.mechanism)
 
     def waves(self, y: Floats, dt: Floats) -> Floats:
-        """Sin theta, cos theta of every line at times after states, shape (len(dt), 2 lines)."""
+        """Waves sin theta, cos theta of every line at times after states, shape (len(dt), 2 lines)."""
         lines = len(self.mechanism.forces)
         pairs = y[:, self.size - 2 * lines :].reshape(len(dt), lines, 2)
         sine, cosine = pairs[:, :, 0], pairs[:, :, 1] / self._hybrid.kappas

@@ -34,49 +34,26 @@ Values = dict[str, NDArray[np.float64]]
 
 
 class Part(NamedTuple):
-    """Compiled systems of one structure.
+    """Compiled systems of one structure."""
 
-    Attributes
-    ----------
-    systems
-        Their numbers, rising.
-    stacks
-        Their compiled arrays.
-    omegas
-        Frequencies of their forcing lines, shape (S, L).
-    kernel
-        The kernel that runs their members.
-    """
-
-    systems: Rows
-    stacks: Stacks
-    omegas: Floats
-    kernel: _kernel.Batch
+    systems: Rows  # their numbers, rising
+    stacks: Stacks  # their compiled arrays
+    omegas: Floats  # frequencies of their forcing lines, shape (S, L)
+    kernel: _kernel.Batch  # the kernel that runs their members
 
 
 @dataclass(frozen=True)
 class Compilation:
-    """Systems compiled with columns, and those that are compiled alone when they are needed.
+    """Systems compiled with columns, and those that are compiled alone when they are needed."""
 
-    Attributes
-    ----------
-    system, values, codes, pace
-        The arguments of :func:`compile_together`.
-    mechanism
-        Mechanism of ``system``.
-    parts
-        Systems compiled with columns.
-    apart
-        Systems that cannot be compiled with columns, rising.
-    """
-
+    # the arguments of compile_together
     system: System
     values: Values
     codes: tuple[int, ...]
     pace: float
     mechanism: Mechanism
-    parts: list[Part]
-    apart: Rows
+    parts: list[Part]  # systems compiled with columns
+    apart: Rows  # systems that cannot be compiled with columns, rising
 
     @property
     def count(self) -> int:

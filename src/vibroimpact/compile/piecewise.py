@@ -39,7 +39,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -106,24 +106,14 @@ def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]
 
 
 class Light(NamedTuple):
-    """Coordinates without mass in one mode.
+    """Coordinates without mass in one mode."""
 
-    Attributes
-    ----------
-    speeds
-        (4): v / scale of each, rows on (y, 1), by coordinate.
-    held
-        Force of each slider that sticks, by number of the element.
-    balance
-        Sum g of the forces on each slider that slips and on what moves with it, by number of the
-        element; a slider that a dashpot holds has none.
-    idle
-        A slider that slips though no spring holds it and what moves with it, which cannot be.
-    """
-
-    speeds: dict[int, Vector]
-    held: dict[int, Vector]
+    speeds: dict[int, Vector]  # (4): v / scale of each, rows on (y, 1), by coordinate
+    held: dict[int, Vector]  # force of each slider that sticks, by number of the element
+    # sum g of the forces on each slider that slips and on what moves with it, by number of the element; a slider
+    # that a dashpot holds has none
     balance: dict[int, Vector]
+    # a slider that slips though no spring holds it and what moves with it, which cannot be
     idle: int | None = None
 
 
@@ -296,6 +286,19 @@ class Piecewise:
         )  # fmt: skip
         return mode.rows_in(self.units) if self.units else mode
 
+    def prescribed_mode(self, code: int) -> Mode:
+        """The mode of a motion whose events are known: nothing that only a search for them asks for.
+
+        The flow has no step and no norm, the mode no map by which it is entered, and no work of elements.
+        """
+        closed, states = self._read(code)
+        forces = self._forces(closed, states)
+        b, constant = self._equations(forces)
+        return Mode(
+            code, replace(self._places(forces), flow={"b": b, "constant": constant}),
+            self._guards(closed, forces), self._watches(states, forces, len(closed)), [],
+        )  # fmt: skip
+
     def _read(self, code: int) -> tuple[Closed, tuple[int, ...]]:
         """Closed stops and states of a mode."""
         contacts = len(self.rigid)
@@ -396,7 +399,7 @@ class Piecewise:
         return total
 
     def _idle(self, pull: Matrix, groups: dict[int, Weights], rates: Matrix) -> int | None:
-        """A slider that slips with a group which no spring holds, so that its forces cannot balance."""
+        """Find a slider that slips with a group which no spring holds, so that its forces cannot balance."""
         block = [[-row[2 * i + 1] for i in groups] for row in rates]
         sizes = [
             sum(abs(a * pull[i][2 * j] * b) for i, a in d.items() for j, b in d.items())
@@ -451,7 +454,7 @@ class Piecewise:
         return [*rows, *(work.force for work in self._work(states, forces, len(closed)))]
 
     def gap_row(self, number: int) -> Vector:
-        """Row . x of an element, relative to what moves, as a row on (x, v, w, 1)."""
+        """Gap coordinate ``row . x`` of an element, relative to what moves, as a row on (x, v, w, 1)."""
         return [*self.rigid, *self.parts][number].gap
 
     def _work(self, states: tuple[int, ...], forces: Forces, closed: int) -> list[Work]:
@@ -498,6 +501,14 @@ class Piecewise:
         return mobility
 
     def _coordinates(self, forces: Forces) -> ModeCoordinates:
+        c = self._places(forces)
+        if forces.constraints:
+            self._project(forces.constraints, c.from_v, c.particular, c.shift)
+        c = replace(c, flow=self._flow(forces)) if forces.pull else c
+        return c.in_units(self.units) if self.units else c
+
+    def _places(self, forces: Forces) -> ModeCoordinates:
+        """Positions and speeds in a mode, without its flow and what its constraints change at its begin."""
         n, size, lines, scale = self.degrees, self.size, self.lines, self.scale
         to_x, to_v = linear.zeros(n, size), linear.zeros(n, size)
         from_x, from_v = linear.zeros(size, n), linear.zeros(size, n)
@@ -511,11 +522,7 @@ class Piecewise:
             to_v[i] = [scale * x for x in speed[:-1]]
             to_v[i][2 * i + 1] = scale * speed[-1]
             shift[2 * i + 1] = 1.0
-        if forces.constraints:
-            self._project(forces.constraints, from_v, particular, shift)
-        flow = self._flow(forces) if forces.pull else {}
-        c = ModeCoordinates(flow, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
-        return c.in_units(self.units) if self.units else c
+        return ModeCoordinates({}, to_x, to_v, [0.0] * n, from_x, from_v, particular, shift)
 
     def _project(
         self, constraints: list[Constraint], from_v: Matrix, particular: Matrix, shift: Vector
@@ -537,7 +544,8 @@ class Piecewise:
             if i in self.heavy:
                 shift[2 * i + 1] = speeds[-1] / self.scale
 
-    def _flow(self, forces: Forces) -> dict[str, object]:
+    def _equations(self, forces: Forces) -> tuple[Matrix, Vector]:
+        """Matrix and constant of y' in a mode."""
         n, size = self.degrees, self.size
         total = [list(row) for row in forces.pull]
         terms = linear.absolute(total)
@@ -559,6 +567,10 @@ class Piecewise:
         for line, omega in enumerate(self.omegas):
             at = 2 * (n + line)
             b[at][at + 1], b[at + 1][at] = omega, -omega
+        return b, constant
+
+    def _flow(self, forces: Forces) -> dict[str, object]:
+        b, constant = self._equations(forces)
         norm = self._norm(b)
         if self.light and norm > 2.0 * (other := self._norm(self._in_own_units(b))):
             norm = other

@@ -82,25 +82,17 @@ class GuardRow(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """A mode in numbers: y' = b y + constant, with its guards.
-
-    Attributes
-    ----------
-    forgotten
-        Number of directions in which states of the mode are no longer free: joints that stick,
-        sliders that slip, and of rigid stops that are closed the place and the speed.
-    speeds
-        Velocities of the massless coordinates, rows on y with 1 in place of them, shape (light, D).
-    light
-        Numbers of the massless coordinates.
-    """
+    """A mode in numbers: y' = b y + constant, with its guards."""
 
     b: Floats
     constant: Floats
     guards: tuple[GuardRow, ...]
+    # number of directions in which states of the mode are no longer free: joints that stick, sliders that slip, and
+    # of rigid stops that are closed the place and the speed
     forgotten: int
+    # velocities of the massless coordinates, rows on y with 1 in place of them, shape (light, D)
     speeds: Floats
-    light: tuple[int, ...]
+    light: tuple[int, ...]  # numbers of the massless coordinates
 
     def fastest(self, mechanical: int) -> float:
         """Bound of the rates of so many first entries of y, and of the forcing.
@@ -134,23 +126,16 @@ class Linearised(NamedTuple):
 
 
 class Explicit(NamedTuple):
-    """Segments with those of chatter replaced by the flights between their impacts.
+    """Segments with those of chatter replaced by the flights between their impacts."""
 
-    Attributes
-    ----------
-    states, durations, ends
-        As those of segments; the last flight of chatter has its end.
-    states_by, durations_by
-        Derivatives along a direction of the segments and the parameter.
-    segment, since
-        Segment of each flight, and the time since its start.
-    """
-
+    # as those of segments; the last flight of chatter has its end
     states: Floats
     durations: Floats
     ends: list[End]
+    # derivatives along a direction of the segments and the parameter
     states_by: Floats
     durations_by: Floats
+    # segment of each flight, and the time since its start
     segment: Integers
     since: Floats
 
@@ -160,33 +145,19 @@ class Prescribed:
     """Compiled system for segments with prescribed ends, and their derivatives.
 
     Copies and pickles are compiled again.
-
-    Attributes
-    ----------
-    system, parameter
-        The system; the parameter by which it is differentiated, "" for none.
-    degrees, omega
-        n; frequency of the first line, 0 where the system is autonomous.
-    omega_orders
-        omega and its derivatives by the parameter, shape (4,).
-    rate
-        Bounds every rate of the flight to a factor of two.
-    scale
-        Velocities among the coordinates y of the modes are v / scale.
-    modes
-        Modes by their code.
-    ends
-        Every limit at which a flight can end; ``stops`` are those of a machine in mode 0.
     """
 
+    # the system; the parameter by which it is differentiated, "" for none
     system: System
     parameter: str
+    # n; frequency of the first line, 0 where the system is autonomous
     degrees: int
     omega: float
-    omega_orders: Floats
-    rate: float
-    scale: float
-    modes: dict[int, Numbers]
+    omega_orders: Floats  # omega and its derivatives by the parameter, shape (4,)
+    rate: float  # bounds every rate of the flight to a factor of two
+    scale: float  # velocities among the coordinates y of the modes are v / scale
+    modes: dict[int, Numbers]  # modes by their code
+    # every limit at which a flight can end; `stops` are those of a machine in mode 0
     ends: dict[End, int]
     kernel: _kernel.Prescribed
     _latest: dict[Any, tuple[Windows, Floats]] = field(default_factory=dict, init=False, repr=False)
@@ -604,7 +575,7 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     contacts = len(m.rigid_stops)
     resting = {stop for code in codes for stop in closed_from_code(code % 3**contacts, contacts)}
     for number, code in enumerate(codes):
-        mode = pieces.mode(code)
+        mode = pieces.prescribed_mode(code)
         flow = cast(Any, mode.coordinates.flow)
         b, constant = _array(flow["b"]), _array(flow["constant"])
         guards, speeds = tuple(ends.of(mode, number)), _speeds(pieces, mode)

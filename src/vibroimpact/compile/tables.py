@@ -28,17 +28,10 @@ WATCHED = ("watch_element", "watch_held", "watch_reset")
 
 
 class Stack(NamedTuple):
-    """One array of every system: the shared numbers, and those that vary.
+    """One array of every system: the shared numbers, and those that vary."""
 
-    Attributes
-    ----------
-    shared
-        The array of one system; its entries that vary are ignored.
-    columns
-        For entries that vary: the number of the column, by place in the flat array.
-    """
-
-    shared: Floats
+    shared: Floats  # the array of one system; its entries that vary are ignored
+    # for entries that vary: the number of the column, by place in the flat array
     columns: dict[int, int]
 
     def of(self, columns: Floats) -> Floats:
@@ -52,33 +45,21 @@ class Stack(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Stacks:
-    """Systems of one structure as they are compiled.
+    """Systems of one structure as they are compiled."""
 
-    Attributes
-    ----------
-    dense, mixed, piecewise, sequential, degrees, elements
-        Properties that all systems share; elements as ``_kernel.Batch`` takes them.
-    systems
-        Stacks, by name of the argument of ``_kernel.Batch``.
-    modes
-        Stacks, by name of the argument of its ``add_mode``.
-    pace
-        How fast motions of a system meet its stops (pace.py): ``parts``, and ``own``, its fastest rate,
-        which serves up to ``most``.
-    columns
-        The numbers that vary, shape (V, S).
-    """
-
+    # properties that all systems share; elements as `_kernel.Batch` takes them
     dense: bool
     mixed: bool
     piecewise: bool
     sequential: bool
     degrees: int
     elements: list[ElementOfKernel]
-    systems: dict[str, Stack]
-    modes: list[dict[str, Any]]
+    systems: dict[str, Stack]  # stacks, by name of the argument of `_kernel.Batch`
+    modes: list[dict[str, Any]]  # stacks, by name of the argument of its `add_mode`
+    # how fast motions of a system meet its stops (pace.py): `parts`, and `own`, its fastest rate, which serves up
+    # to `most`
     pace: dict[str, Stack]
-    columns: Floats
+    columns: Floats  # the numbers that vary, shape (V, S)
 
     @cached_property
     def _paced(self) -> tuple[Floats, Floats, Floats]:

@@ -65,19 +65,12 @@ def positions(low: float, high: float) -> Floats:
 
 @dataclass(frozen=True)
 class Expansion:
-    """Functions by their values at the points (1) of an interval.
+    """Functions by their values at the points (1) of an interval."""
 
-    Attributes
-    ----------
-    low, high
-        The interval.
-    values
-        Shape (K + 1,) or (K + 1, m).
-    """
-
+    # the interval
     low: float
     high: float
-    values: Floats
+    values: Floats  # shape (K + 1,) or (K + 1, m)
 
     @cached_property
     def coefficients(self) -> Floats:

@@ -47,26 +47,14 @@ class NewtonStatus(StrEnum):
 
 @dataclass(frozen=True)
 class Node:
-    """A point on the curve, in scaled unknowns.
+    """A point on the curve, in scaled unknowns."""
 
-    Attributes
-    ----------
-    y
-        The point, shape (d + 1,).
-    jacobian
-        dF/dy, shape (d, d + 1).
-    direction
-        Direction of the curve (2) with <row, direction> = 1, shape (d + 1,).
-    residual
-        Largest |F_i| before the last step, relative to the length of its row of dF/dy.
-    steps, step
-        Newton steps taken, and the length of the last one.
-    """
-
-    y: Floats
-    jacobian: Floats
-    direction: Floats
+    y: Floats  # the point, shape (d + 1,)
+    jacobian: Floats  # dF/dy, shape (d, d + 1)
+    direction: Floats  # direction of the curve (2) with <row, direction> = 1, shape (d + 1,)
+    # largest |F_i| before the last step, relative to the length of its row of dF/dy
     residual: float
+    # Newton steps taken, and the length of the last one
     steps: int
     step: float
 
@@ -171,7 +159,7 @@ class Determinant(NamedTuple):
 
 
 def determinant(node: Node, row: Floats) -> Determinant:
-    """Det [J; row], which changes its sign at a simple branch point.
+    """Determinant of [J; row], which changes its sign at a simple branch point.
 
     The units of F are in the exponent alone: rows of J are divided by powers of two near their sizes.
     """

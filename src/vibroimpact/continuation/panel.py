@@ -95,42 +95,23 @@ class Panel:
 
 @dataclass(frozen=True)
 class Failure:
-    """A panel that was not accepted.
+    """A panel that was not accepted."""
 
-    Attributes
-    ----------
-    reason
-        The failure, half a sentence.
-    factor
-        The length to try next, relative to the one that failed.
-    tests
-        Names of the test functions that are the only cause; empty if the curve itself is one.
-    outside
-        The first Newton attempt that ended outside the bounds of p, if that is the reason.
-    """
-
-    reason: str
-    factor: float = FAILURE_LENGTH_FACTOR
+    reason: str  # the failure, half a sentence
+    factor: float = FAILURE_LENGTH_FACTOR  # the length to try next, relative to the one that failed
+    # names of the test functions that are the only cause; empty if the curve itself is one
     tests: frozenset[str] = frozenset()
+    # the first Newton attempt that ended outside the bounds of p, if that is the reason
     outside: Attempt | None = None
 
 
 @dataclass(frozen=True)
 class Standard:
-    """Conditions for accepting a panel.
+    """Conditions for accepting a panel."""
 
-    Attributes
-    ----------
-    turn
-        Largest turn of the tangent, radians.
-    tolerance
-        Tolerance of (2).
-    excused
-        Test functions that need not satisfy (2).
-    """
-
-    turn: float
-    tolerance: float
+    turn: float  # largest turn of the tangent, radians
+    tolerance: float  # tolerance of (2)
+    # test functions that need not satisfy (2)
     excused: frozenset[str] = field(default_factory=frozenset)
 
 
@@ -265,7 +246,7 @@ def _noise(problem: Scaled, node: Node, row: Floats) -> float:
 
 
 def _demand(f: Expansion, tolerance: float, noise: float = 0.0) -> float:
-    """Tail over allowed tail (2); 0 for a function that no shorter panel would resolve better."""
+    """Ratio of the tail to the allowed tail (2); 0 for a function that no shorter panel would resolve better."""
     if not np.all(np.isfinite(f.values)):
         return 0.0
     size = float(np.abs(f.values).max())

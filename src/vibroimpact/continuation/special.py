@@ -50,30 +50,16 @@ WIDENING_FACTOR = 16.0  # a bracket in which the sign does not change is widened
 
 @dataclass(frozen=True)
 class LocatedZero:
-    """A zero of a test function on a panel.
+    """A zero of a test function on a panel."""
 
-    Attributes
-    ----------
-    name
-        The test function.
-    s
-        Projected arclength on the panel.
-    y, direction
-        The point and dy/ds.
-    crossing
-        +1 where the function rises along the curve, -1 where it falls.
-    error
-        Estimated error of s.
-    floor
-        Error of the scaled parameter that remains where the curve turns and dp/ds = 0.
-    """
-
-    name: str
-    s: float
+    name: str  # the test function
+    s: float  # projected arclength on the panel
+    # the point and dy/ds
     y: Floats
     direction: Floats
-    crossing: int
-    error: float
+    crossing: int  # +1 where the function rises along the curve, -1 where it falls
+    error: float  # estimated error of s
+    # error of the scaled parameter that remains where the curve turns and dp/ds = 0
     floor: float = 0.0
 
 

@@ -115,27 +115,13 @@ def reversed_node(node: Node) -> Node:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Part of a panel that belongs to the curve.
-
-    Attributes
-    ----------
-    panel
-        The panel.
-    stop
-        Place at which the curve ends on it; its length if the curve does not end.
-    last
-        The node at ``stop``.
-    found
-        Special points up to ``stop``.
-    end
-        Reason if the curve ends here.
-    """
+    """Part of a panel that belongs to the curve."""
 
     panel: Panel
-    stop: float
-    last: Node
-    found: tuple[LocatedZero, ...]
-    end: End | None = None
+    stop: float  # place at which the curve ends on it; its length if the curve does not end
+    last: Node  # the node at `stop`
+    found: tuple[LocatedZero, ...]  # special points up to `stop`
+    end: End | None = None  # reason if the curve ends here
 
 
 @dataclass
@@ -154,7 +140,7 @@ class Walk:
 
     @property
     def stopped_early(self) -> bool:
-        """Whether it stopped on a curve that can be continued."""
+        """Whether the walk stopped on a curve that can be continued."""
         reason = None if self.end is None else self.end.reason
         return bool(self.stretches) and reason in (Stopped.POINTS, Stopped.STEP)
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_progress, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
@@ -19,9 +20,6 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
 from vibroimpact.sweeps.axes import parameter_axes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 BATCH_MACHINES = 64  # so many machines are simulated together
 
@@ -33,7 +31,7 @@ class DesignMap(Result):
     Attributes
     ----------
     system, objective
-        What is judged, and by what.
+        The machine that is judged, and the objective.
     axes
         Values of the two parameters, by name.
     value
@@ -76,7 +74,7 @@ class DesignMap(Result):
 
     @property
     def label(self) -> str:
-        """The objective in words."""
+        """Text of the objective: "worst amplitude of x1 over omega"."""
         return label_of(self.judge)
 
     def to_dataset(self) -> xr.Dataset:
@@ -88,8 +86,6 @@ class DesignMap(Result):
             value, reduction_db and within_1db over both parameters; and best_<second parameter> over
             the first.
         """
-        import xarray as xr
-
         units = units_of(self.system)
         first, second = self.axes
         attrs = {name: units.attrs(units.quantity_of(name)) for name in self.axes}
@@ -126,7 +122,7 @@ def design_map(
     over
         Values of two parameters by name, rising.
     objective
-        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+        An :class:`~vibroimpact.Objective`.
     workers
         Threads; by default one per core.
     progress
@@ -146,7 +142,7 @@ def design_map(
 
     Notes
     -----
-    Cost: that of :func:`~vibroimpact.worst_over` for each machine.
+    Cost: that of :class:`~vibroimpact.Objective` for each machine.
 
     Examples
     --------
@@ -154,7 +150,7 @@ def design_map(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> found = vi.design_map(damper, {"mass_ratio": [0.05, 0.1], "half_clearance": [5, 10, 20]},
-    ...                       vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2),
+    ...                       vi.Objective("omega", (0.9, 1.1), "x1", points=5, starts=2),
     ...                       progress=False)
     >>> found.reduction_db.shape
     (2, 3)

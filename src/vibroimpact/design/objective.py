@@ -16,9 +16,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import KW_ONLY, dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -28,12 +28,14 @@ from vibroimpact._core.checks import (
     check_count,
     check_kind,
     ends_of,
+    names_arguments,
     nonnegative,
     positive,
     real,
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.design.population import NUMBER, Population
 from vibroimpact.measures.linear import free_motion
@@ -48,9 +50,6 @@ from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.starts import RandomStarts
 from vibroimpact.sweeps.sweep import sweep
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 Aim = Literal["small", "large"]
 Kind = Literal["worst", "mean"]
 Spread = Mapping[str, float | tuple[float, float]]
@@ -60,62 +59,10 @@ LINEAR_VALUES = 101  # the machine without impacts is measured at so many values
 DECIBELS_OF_RATIO = {"power": 10.0}
 
 
+@names_arguments()
 @dataclass(frozen=True)
 class Objective:
-    """Number of a machine by which designs are compared, from :func:`worst_over` or :func:`mean_over`.
-
-    Attributes
-    ----------
-    kind
-        "worst" or "mean".
-    parameter, bounds, unit
-        What varies while the machine runs, usually the forcing frequency.
-    measure
-        A measure or its name.
-    points, starts, seed
-        Values of the band; random starts at each, and their seed.
-    settle_periods, periods
-        Forcing periods before, and while, motions are observed.
-    spread
-        Uncertain parameters: ranges, or relative half widths.
-    aim
-        Whether the measure should be "small" or "large".
-    """
-
-    kind: Kind
-    parameter: str
-    bounds: tuple[float, float]
-    measure: Measure | str
-    points: int = 24
-    starts: int = 4
-    seed: int = 0
-    settle_periods: float = 150.0
-    periods: float = 50.0
-    unit: Unit = ""
-    spread: tuple[tuple[str, float | tuple[float, float]], ...] = ()
-    aim: Aim = "small"
-
-    @property
-    def sign(self) -> float:
-        """1 where small values are good, -1 where large ones are."""
-        return 1.0 if self.aim == "small" else -1.0
-
-
-def worst_over(
-    parameter: str,
-    bounds: tuple[float, float],
-    measure: Measure | str = "x1",
-    *,
-    points: int = 24,
-    starts: int = 4,
-    seed: int = 0,
-    settle_periods: float = 250,
-    periods: float = 50,
-    unit: Unit = "",
-    spread: Spread | None = None,
-    aim: Aim = "small",
-) -> Objective:
-    """Judge a machine by the worst of a measure over a band, over starts and over uncertainties.
+    """Number of a machine by which designs are compared: the worst, or the mean, of a measure over a band.
 
     Parameters
     ----------
@@ -123,13 +70,15 @@ def worst_over(
         Usually the forcing frequency, and (low, high) of it, both ends included.
     measure
         A measure or its name, as for :func:`~vibroimpact.frequency_response`: "x1", "rms v1", ...
+    kind
+        "worst" over the band, starts and uncertainties; or "mean": over the band the integral divided by its width,
+        by the trapezoidal rule, over starts and uncertainties of all members equally.
     points
         Evenly spaced values of the band, >= 2.
     starts
-        Random starts at each of them, >= 1, the same for all
-        machines.
+        Random starts at each of them, >= 1, the same for all machines.
     seed
-        Of the random starts.
+        Seed of the random starts.
     settle_periods, periods
         Forcing periods before, and while, motions are observed.
     unit
@@ -139,12 +88,6 @@ def worst_over(
         relative to the value of the machine. The machine is run at the middle and at all corners.
     aim
         "small": the worst is the largest value; "large", for a harvester: it is the smallest.
-
-    Returns
-    -------
-    Objective
-        For :func:`~vibroimpact.optimise`, :func:`~vibroimpact.design_map` and
-        :func:`~vibroimpact.pareto_front`.
 
     Notes
     -----
@@ -156,132 +99,93 @@ def worst_over(
     Examples
     --------
     >>> import vibroimpact as vi
-    >>> vi.worst_over("omega", (0.8, 1.2), "x1", spread={"restitution": (0.5, 0.7)}).points
+    >>> vi.Objective("omega", (0.8, 1.2), "x1", spread={"restitution": (0.5, 0.7)}).points
     24
-    """
-    return _objective("worst", parameter, bounds, measure, points, starts, seed, settle_periods, periods,
-                      unit, spread, aim)  # fmt: skip
-
-
-def mean_over(
-    parameter: str,
-    bounds: tuple[float, float],
-    measure: Measure | str = "x1",
-    *,
-    points: int = 24,
-    starts: int = 4,
-    seed: int = 0,
-    settle_periods: float = 250,
-    periods: float = 50,
-    unit: Unit = "",
-    spread: Spread | None = None,
-    aim: Aim = "small",
-) -> Objective:
-    """Judge a machine by the mean of a measure over a band, over starts and over uncertainties.
-
-    Parameters
-    ----------
-    parameter, bounds, measure, points, starts, seed, settle_periods, periods, unit, spread, aim
-        As for :func:`worst_over`.
-
-    Returns
-    -------
-    Objective
-        Over the band the mean is the integral divided by its width, by the trapezoidal rule; over
-        starts and uncertainties all members count equally.
-
-    Examples
-    --------
-    >>> import vibroimpact as vi
-    >>> vi.mean_over("omega", (6.0, 10.0), "power", unit="Hz", aim="large").kind
+    >>> vi.Objective("omega", (6.0, 10.0), "power", kind="mean", unit="Hz", aim="large").kind
     'mean'
     """
-    return _objective("mean", parameter, bounds, measure, points, starts, seed, settle_periods, periods,
-                      unit, spread, aim)  # fmt: skip
+
+    parameter: str
+    bounds: tuple[float, float]
+    measure: Measure | str = "x1"
+    _: KW_ONLY
+    kind: Kind = "worst"
+    points: int = 24
+    starts: int = 4
+    seed: int = 0
+    settle_periods: float = 250
+    periods: float = 50
+    unit: Unit = ""
+    spread: Spread | None = field(default=None, hash=False)
+    aim: Aim = "small"
+
+    def __post_init__(self) -> None:
+        check_kind("parameter", self.parameter, str, "the name of a parameter")
+        check_kind("measure", self.measure, (str, Measure), "a measure or its name, such as 'x1'")
+        check_choice("kind", self.kind, ["worst", "mean"])
+        check_choice("aim", self.aim, ["small", "large"])
+        check_count("points", self.points, 2)
+        check_count("starts", self.starts, 1)
+        check_count("seed", self.seed, 0, LARGEST_SEED)
+        checked = {
+            "bounds": ends_of("bounds", self.bounds),
+            "points": int(self.points),
+            "starts": int(self.starts),
+            "seed": int(self.seed),
+            "settle_periods": nonnegative("settle_periods", self.settle_periods),
+            "periods": positive("periods", self.periods),
+            "spread": None if self.spread is None else _spread(self.spread),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def sign(self) -> float:
+        """1 where small values are good, -1 where large ones are."""
+        return 1.0 if self.aim == "small" else -1.0
 
 
-def _objective(
-    kind: Kind, parameter: str, bounds: tuple[float, float], measure: Measure | str, points: int,
-    starts: int, seed: int, settle_periods: float, periods: float, unit: Unit, spread: Spread | None,
-    aim: Aim,
-) -> Objective:  # fmt: skip
-    """Check everything that can be checked without a machine."""
-    check_kind("parameter", parameter, str, "the name of a parameter")
-    check_kind("measure", measure, (str, Measure), "a measure or its name, such as 'x1'")
-    check_choice("aim", aim, ["small", "large"])
-    check_count("points", points, 2)
-    check_count("starts", starts, 1)
-    check_count("seed", seed, 0, LARGEST_SEED)
-    return Objective(
-        kind, parameter, ends_of("bounds", bounds), measure, int(points), int(starts), int(seed),
-        nonnegative("settle_periods", settle_periods), positive("periods", periods), unit, _spread(spread), aim,
-    )  # fmt: skip
-
-
-def _spread(spread: Any) -> tuple[tuple[str, float | tuple[float, float]], ...]:
-    if spread is None:
-        return ()
+def _spread(spread: Any) -> Spread:
     check_kind("spread", spread, Mapping, "a dictionary from names of parameters to ranges")
-    found: list[tuple[str, float | tuple[float, float]]] = []
+    found: dict[str, float | tuple[float, float]] = {}
     for name, width in spread.items():
         label = f"spread[{name!r}]"
         if isinstance(width, Sequence | np.ndarray):
-            found.append((name, ends_of(label, width)))
+            found[name] = ends_of(label, width)
             continue
         half = real(label, width, "a range (low, high), or a relative half width in (0, 1)")
         if not 0.0 < half < 1.0:
             raise refusal(label, width, "in (0, 1), a half width relative to the parameter")
-        found.append((name, half))
-    return tuple(found)
+        found[name] = half
+    return found
 
 
 # ---- of machines ---------------------------------------------------------------------------------
 
 
 class Member(NamedTuple):
-    """A simulated motion of a machine.
+    """A simulated motion of a machine."""
 
-    Attributes
-    ----------
-    value
-        Its measure.
-    system
-        The machine at that place of the band and of the uncertainties.
-    state
-        A state on the motion.
-    factors
-        Value of each uncertain parameter that has a relative width over that of the machine.
-    """
-
-    value: float
-    system: System
-    state: State
+    value: float  # its measure
+    system: System  # the machine at that place of the band and of the uncertainties
+    state: State  # a state on the motion
+    # value of each uncertain parameter that has a relative width over that of the machine
     factors: dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
 class Judge:
-    """An objective for machines of one kind.
+    """An objective for machines of one kind."""
 
-    Attributes
-    ----------
-    objective, system, names
-        What is judged, the machine, and the names of its parameters that vary.
-    band, measure
-        Those of the objective, for the machine.
-    starts
-        The starts of every machine.
-    options
-        Of the sweeps: workers.
-    """
-
+    # what is judged, the machine, and the names of its parameters that vary
     objective: Objective
     system: System
     names: tuple[str, ...]
+    # those of the objective, for the machine
     band: Band
     measure: Measure
-    starts: RandomStarts
-    options: dict[str, Any] = field(default_factory=dict)
+    starts: RandomStarts  # the starts of every machine
+    options: dict[str, Any] = field(default_factory=dict)  # of the sweeps: workers
 
     @property
     def factor(self) -> float:
@@ -424,12 +328,12 @@ class Judge:
     @property
     def _corners(self) -> list[dict[str, tuple[float, float]]]:
         """Middle and corners of the uncertainties: (factor, 0) or (0, value) by name."""
-        spread = self.objective.spread
+        spread = self.objective.spread or {}
         if not spread:
             return [{}]
-        middle = {name: _at(width, 0.5) for name, width in spread}
-        ends = itertools.product(*([_at(w, 0.0), _at(w, 1.0)] for _, w in spread))
-        names = [name for name, _ in spread]
+        middle = {name: _at(width, 0.5) for name, width in spread.items()}
+        ends = itertools.product(*([_at(w, 0.0), _at(w, 1.0)] for w in spread.values()))
+        names = list(spread)
         return [middle, *(dict(zip(names, one, strict=True)) for one in ends)]
 
     def _population(self, table: Floats) -> Population:
@@ -437,7 +341,7 @@ class Judge:
         corners, values = self._corners, self.band.values(self.objective.points)
         each, size = len(corners) * len(values), len(table) * len(corners) * len(values)
         columns = {name: np.repeat(table[:, i], each) for i, name in enumerate(self.names)}
-        for name, _ in self.objective.spread:
+        for name in self.objective.spread or {}:
             own = columns.get(name, np.full(size, parameter_value(self.system, name)))
             factor, value = (np.array([corner[name][k] for corner in corners]) for k in (0, 1))
             spread = (np.tile(np.repeat(part, len(values)), len(table)) for part in (factor, value))
@@ -484,7 +388,12 @@ def judge_of(
     InvalidParameterError
         A band or a measure that the machine does not have; a parameter that is named twice.
     """
-    check_kind("objective", objective, Objective, "one of vi.worst_over or vi.mean_over")
+    check_kind(
+        "objective",
+        objective,
+        Objective,
+        "a vi.Objective, such as vi.Objective('omega', (0.9, 1.1))",
+    )
     band = band_of(system, objective.parameter, objective.bounds, objective.unit)
     if band.parameter in names:
         raise InvalidParameterError(
@@ -506,7 +415,7 @@ def judge_of(
 
 def _check_spread(system: System, objective: Objective, names: Sequence[str], band: Band) -> None:
     """Refuse uncertain parameters that there are not, or that are given twice."""
-    for name, width in objective.spread:
+    for name, width in (objective.spread or {}).items():
         value = parameter_value(system, name)
         if name == band.parameter:
             raise InvalidParameterError(f"spread[{name!r}]: is what the band varies. Leave it out.")

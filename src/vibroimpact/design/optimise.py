@@ -30,12 +30,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.design.minimax import descend, gradient, motion_of
@@ -52,10 +53,6 @@ from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
 from vibroimpact.response.response import Response, frequency_response
 from vibroimpact.results.result import Result, plotting
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 FEWEST_MACHINES = 16  # a generation has so many machines at least
 MACHINES_PER_PARAMETER = 10  # a generation has about so many, rounded to a power of two
@@ -88,38 +85,23 @@ CONSTANT_RELATIVE_RANGE = 1e-9  # an objective that varies by less over all mach
 
 
 class Interval(NamedTuple):
-    """Range of a parameter within which the objective is as good as the best to 1 dB.
+    """Range of a parameter within which the objective is as good as the best to 1 dB."""
 
-    Attributes
-    ----------
-    low, high
-        Its ends.
-    to_bounds
-        Whether (low, high) are bounds of the parameter: the range might be wider.
-    """
-
+    # its ends
     low: float
     high: float
+    # whether (low, high) are bounds of the parameter: the range might be wider
     to_bounds: tuple[bool, bool]
 
 
 class Sensitivity(NamedTuple):
-    """Derivative of the objective by a parameter.
+    """Derivative of the objective by a parameter."""
 
-    Attributes
-    ----------
-    value
-        The derivative.
-    exact
-        Whether it is that of a periodic orbit; else it is a central difference, next to a bound of
-        a place two steps inside, 1 % of the bounds.
-    error
-        Of a difference: how much one of twice the step differs. 0 where it is exact.
-    """
-
-    value: float
+    value: float  # the derivative
+    # whether it is that of a periodic orbit; else it is a central difference, next to a bound of a place two steps
+    # inside, 1 % of the bounds
     exact: bool
-    error: float
+    error: float  # difference from the result of twice the step; 0 where the derivative is exact
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +120,7 @@ class Design(Result):
     searched
         Its objective as the search saw it, by the judge before: somewhat better, since it was chosen for it.
     machines
-        How many machines were tried.
+        Number of machines that were tried.
     why_stopped
         A sentence.
     interrupted
@@ -247,8 +229,6 @@ class Design(Result):
             sensitivity, its error, and the robust range low, high; scalars best_value, searched_value,
             reduction_db.
         """
-        import xarray as xr
-
         names = list(self.parameters)
         tried, which = np.unique(np.array(self.search.table), axis=0, return_inverse=True)
         worth, levels = np.array(self.search.worth), np.array(self.search.levels)
@@ -320,7 +300,7 @@ class Design(Result):
 
     @property
     def label(self) -> str:
-        """The objective in words, with whether it was made small or large."""
+        """Text of the objective: "worst amplitude of x1 over omega"."""
         return label_of(self.judge)
 
     def __repr__(self) -> str:
@@ -352,7 +332,7 @@ def excess_of(value: float, searched: float, objective: Objective) -> float:
 
 
 def label_of(judge: Judge) -> str:
-    """An objective in words."""
+    """Text of an objective: "worst amplitude of x1 over omega"."""
     return f"{judge.objective.kind} {judge.measure.label} over {judge.band.parameter}"
 
 
@@ -379,12 +359,12 @@ def optimise(
     bounds
         (low, high) by name of a parameter.
     objective
-        :func:`~vibroimpact.worst_over` or :func:`~vibroimpact.mean_over`.
+        An :class:`~vibroimpact.Objective`.
     constraints
         Functions of a dictionary of the varied parameters that must be >= 0:
         ``lambda p: 0.1 - p["mass_ratio"]``.
     seed
-        Of the search; with that of the objective it determines the result to the last bit.
+        Seed of the search; with that of the objective it determines the result to the last bit.
     budget
         Machines that the search tries, at most, >= 32; the last
         improvements try 25 per parameter more, or a twentieth of the budget, but at most a quarter of it.
@@ -415,11 +395,11 @@ def optimise(
         that it does not have; an objective that is the same for all machines; constraints that no
         machine satisfies; a store of another search.
     KeyboardInterrupt
-        Before the first generation is complete.
+        Ctrl-C before the first generation is complete.
 
     Notes
     -----
-    Cost: ``budget`` machines of the cost that :func:`~vibroimpact.worst_over` states; for an impact
+    Cost: ``budget`` machines of the cost that :class:`~vibroimpact.Objective` states; for an impact
     damper with three parameters and the defaults about 25 s on two cores. Sensitivity and the
     robust range are computed when they are read, with 4 and some 40 machines per parameter.
     Bodies of constraints are not compared with those of a store, only their names.
@@ -430,7 +410,7 @@ def optimise(
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
     >>> best = vi.optimise(damper, {"half_clearance": (2.0, 30.0)},
-    ...                    vi.worst_over("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
+    ...                    vi.Objective("omega", (0.9, 1.1), "x1", points=5, starts=2, settle_periods=50),
     ...                    budget=48, progress=False)
     >>> 5.0 < best.parameters["half_clearance"] < 20.0 and best.reduction_db > 3.0
     True
@@ -480,7 +460,7 @@ def optimise(
 
 
 def _evolve(search: Search, seed: int, budget: int) -> str:
-    """Differential evolution; why it stopped."""
+    """Run differential evolution; return why it stopped."""
     from scipy.optimize import differential_evolution
 
     low, high = search.variables.low, search.variables.high
@@ -530,7 +510,7 @@ def _refuse_constant(search: Search) -> None:
 
 
 def _refined(search: Search, budget: int) -> str:
-    """The finer judge of the best machines, and the last improvements of the best; how it ended."""
+    """Judge the best machines more finely, and improve the best of them; return how it ended."""
     finalists = search.finalists(MOST_FINALISTS, FINALIST_DISTANCE_OF_BOUNDS)
     search.sharpen(search.refine)
     search(finalists)
@@ -591,7 +571,7 @@ def _verified(search: Search, budget: int, rounds: int) -> str:
 
 
 def _simplex(search: Search, left: int) -> str:
-    """The simplex method from the best machine; how it ended."""
+    """Run the simplex method from the best machine; return how it ended."""
     from scipy.optimize import minimize
 
     low, high = search.variables.low, search.variables.high

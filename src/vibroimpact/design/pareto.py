@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
@@ -44,9 +45,6 @@ from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 GENERATION_MACHINES = 32  # a generation has so many machines
 DIFFERENCE_WEIGHT = 0.5  # differential evolution adds this part of a difference of two machines
 CROSSOVER_PROBABILITY = 0.7  # with this probability a parameter is taken from the mutated machine
@@ -63,7 +61,7 @@ class ParetoFront(Result):
     values
         Both objectives, shape (k, 2).
     machines
-        How many were tried.
+        Number of machines that were tried.
     interrupted
         Whether ``KeyboardInterrupt`` ended the search; the front until then is kept.
     """
@@ -87,13 +85,11 @@ class ParetoFront(Result):
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The objectives in words."""
+        """Texts of the objectives."""
         return tuple(map(label_of, self.judges))
 
     def to_dataset(self) -> xr.Dataset:
         """Convert to a dataset along ``machine``: parameters, first, second."""
-        import xarray as xr
-
         units = units_of(self.system)
         columns = {
             name: (units.quantity_of(name), self.table[:, i]) for i, name in enumerate(self.names)
@@ -131,7 +127,7 @@ def pareto_front(
     system, bounds, constraints, seed, workers
         As for :func:`~vibroimpact.optimise`.
     objectives
-        Two of :func:`~vibroimpact.worst_over` and :func:`~vibroimpact.mean_over`. Where they differ in
+        Two, each an :class:`~vibroimpact.Objective`. Where they differ in
         the measure only, both come from the same simulations.
     budget
         Machines that are tried, at most, >= 64.
@@ -156,7 +152,7 @@ def pareto_front(
     >>> import vibroimpact as vi
     >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=1.0, zeta=0.02, restitution=0.6,
     ...                          half_clearance=10.0, omega=1.0)
-    >>> both = [vi.worst_over("omega", (0.9, 1.1), what, points=5, starts=2, settle_periods=50)
+    >>> both = [vi.Objective("omega", (0.9, 1.1), what, points=5, starts=2, settle_periods=50)
     ...         for what in ("x1", "impact speed")]
     >>> front = vi.pareto_front(damper, {"half_clearance": (2.0, 30.0)}, both, budget=64,
     ...                         progress=False)

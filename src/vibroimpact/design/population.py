@@ -24,25 +24,15 @@ NUMBER = "machine"  # the parameter
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """Machines that differ in some parameters.
+    """Machines that differ in some parameters."""
 
-    Attributes
-    ----------
-    system
-        The machine without these values.
-    columns
-        Values by name of a parameter, each (k,).
-    machine
-        Number of the present one, 0 to k - 1; or a column of numbers.
-    """
-
-    system: System = field(repr=False)
-    columns: dict[str, Floats] = field(repr=False)
-    machine: Any = 0.0
+    system: System = field(repr=False)  # the machine without these values
+    columns: dict[str, Floats] = field(repr=False)  # values by name of a parameter, each (k,)
+    machine: Any = 0.0  # number of the present one, 0 to k - 1; or a column of numbers
 
     @property
     def count(self) -> int:
-        """How many machines."""
+        """Number of machines."""
         return len(next(iter(self.columns.values())))
 
     @property

@@ -1,4 +1,4 @@
-"""What a search for a design varies, what it may not, and every machine that it has tried.
+"""Search for a design: parameters that vary, constraints, and every machine that was tried.
 
 Method      Every machine that a search asks for is kept in the order of the questions, with its
             value. A search that is repeated with the same seed asks the same questions, and those
@@ -13,21 +13,19 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import check_target, ends_of, is_function, path_of, real, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.files import NETCDF, load, save
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Constraint = Callable[[dict[str, float]], float]
 
@@ -71,46 +69,27 @@ def variables_of(system: System, bounds: Any) -> Variables:
 
 @dataclass(eq=False)
 class Search:
-    """Machines tried so far, best first on request.
+    """Machines tried so far, best first on request."""
 
-    Attributes
-    ----------
-    judges
-        What is judged: of the search, and with more and more members for the last machines.
-    variables
-        What varies.
-    constraints
-        Functions of the parameters that must be >= 0.
-    store
-        File in which the record is kept, or None.
-    report
-        Called with (machines, best value) after every group of machines.
-    seed, refine
-        Of the search, which the store must share.
-    level
-        Number of the judge in use.
-    table, worth, levels
-        Every machine that was evaluated: its parameters, (k, d), its value in the sense that less is
-        better, and the number of its judge.
-    groups
-        How many machines had been evaluated after each group.
-    evaluated
-        How many of them this search has come to; the others are of the store.
-    """
-
-    judges: list[Judge]
-    variables: Variables
-    constraints: tuple[Constraint, ...] = ()
-    store: str | os.PathLike[str] | None = None
+    judges: list[
+        Judge
+    ]  # what is judged: of the search, and with more and more members for the last machines
+    variables: Variables  # what varies
+    constraints: tuple[Constraint, ...] = ()  # functions of the parameters that must be >= 0
+    store: str | os.PathLike[str] | None = None  # file in which the record is kept, or None
+    # called with (machines, best value) after every group of machines
     report: Callable[[int, float], object] | None = None
-    seed: int = 0
-    refine: int = 0
+    seed: int = 0  # of the search, which the store must share
+    refine: int = 0  # the same
+    # every machine that was evaluated: its parameters, (k, d), its value in the sense that less is better, and the
+    # number of its judge
     table: list[Floats] = field(default_factory=list)
     worth: list[float] = field(default_factory=list)
     levels: list[int] = field(default_factory=list)
+    # how many machines had been evaluated after each group
     groups: list[int] = field(default_factory=list)
-    evaluated: int = 0
-    level: int = 0
+    evaluated: int = 0  # how many of them this search has come to; the others are of the store
+    level: int = 0  # number of the judge in use
 
     def __post_init__(self) -> None:
         if self.store is not None:
@@ -234,7 +213,7 @@ class Search:
         return dict(zip(self.variables.names, row.tolist(), strict=True))
 
     def violations(self, row: Floats) -> list[float]:
-        """How far each constraint is from holding: 0 where it does."""
+        """Amount by which each constraint is violated: 0 where it holds."""
         return violations_of(self.constraints, self.parameters(row))
 
     def _computed(self, table: Floats) -> Floats:
@@ -267,8 +246,6 @@ class Search:
         self.groups = [int(k) for k in data["groups"].values]
 
     def _record(self) -> xr.Dataset:
-        import xarray as xr
-
         return xr.Dataset(
             {
                 "table": (("machine", "parameter"), np.array(self.table)),
@@ -301,7 +278,7 @@ def constraints_of(constraints: Any) -> tuple[Constraint, ...]:
 
 
 def violations_of(constraints: Sequence[Constraint], parameters: dict[str, float]) -> list[float]:
-    """How far each constraint is from holding: 0 where it does."""
+    """Amount by which each constraint is violated: 0 where it holds."""
     return [max(0.0, -_value_of(one, parameters)) for one in constraints]
 
 

@@ -19,17 +19,10 @@ Cases = Mapping[str, Mapping[str, float]]
 
 
 class Entry(NamedTuple):
-    """Location of a machine's class, and of a function that returns its published cases.
+    """Location of a machine's class, and of a function that returns its published cases."""
 
-    Attributes
-    ----------
-    place
-        "module:Class" in this folder.
-    cases
-        "module:function"; the function returns parameters by name of the case. "" if there is none.
-    """
-
-    place: str
+    place: str  # "module:Class" in this folder
+    # "module:function"; the function returns parameters by name of the case. "" if there is none
     cases: str = ""
 
 

@@ -1,4 +1,4 @@
-"""What is said of a motion: flights of runs and orbits, and the measures that are taken of them."""
+"""Measures of motions, and the flights of runs and orbits of which they are taken."""
 
 from __future__ import annotations
 

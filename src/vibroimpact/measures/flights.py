@@ -27,6 +27,7 @@ import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
+from vibroimpact._core.exponential import exponentials
 from vibroimpact._core.scalars import numeric_value, rounded_down
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
@@ -97,7 +98,7 @@ class Rows:
         return self._modes[code]
 
     def flow(self, code: int) -> Dual:
-        """H of (1), shape (D + 1, D + 1)."""
+        """Matrix H of (1), shape (D + 1, D + 1)."""
         flow: Any = self._mode(code).coordinates.flow
         size = self.pieces.size
         out = Dual(np.zeros((size + 1, size + 1)), np.zeros((size + 1, size + 1)))
@@ -112,7 +113,7 @@ class Rows:
         return np.array([*units_of(self.mechanism, flow, self.rate), 1.0])
 
     def moved(self, code: int, row: Floats, order: int) -> Dual:
-        """Row . x, row . v or row . a, by its order 0, 1 or 2."""
+        """Row that gives ``row . x``, ``row . v`` or ``row . a``, by its order 0, 1 or 2."""
         coordinates = self._mode(code).coordinates
         across = dual(coordinates.to_v if order else coordinates.to_x)
         plain = Dual(*(np.append(row @ part, 0.0) for part in across))
@@ -127,7 +128,7 @@ class Rows:
         return dual(self._mode(code).work[element].speed)
 
     def gap(self, _: int, part: int) -> Dual:
-        """Row . x, relative to the stop, in every mode."""
+        """Row of the gap, ``row . x`` relative to the stop, in every mode."""
         return dual(self.pieces.gap_row(part))
 
     def gap_rate(self, code: int, part: int) -> Dual:
@@ -188,32 +189,18 @@ class Struck(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """Flights of a motion, one after the other, in order.
+    """Flights of a motion, one after the other, in order."""
 
-    Attributes
-    ----------
-    rows
-        :class:`Rows` of its system.
-    states, durations
-        (x, v, theta) where each flight begins, shape (m, 2n + 1), and flight times (m,).
-    codes
-        Code of the mode of each flight (compile/piecewise.py).
-    struck
-        The impacts, meetings with soft stops included.
-    states_by, durations_by
-        Their derivatives by the parameter of ``rows``; zero without one.
-    periodic
-        Whether the motion repeats after them.
-    """
-
-    rows: Rows
+    rows: Rows  # Rows of its system
+    # (x, v, theta) where each flight begins, shape (m, 2n + 1), and flight times (m,)
     states: Floats
     durations: Floats
-    codes: tuple[int, ...]
-    struck: Struck
+    codes: tuple[int, ...]  # code of the mode of each flight (compile/piecewise.py)
+    struck: Struck  # the impacts, meetings with soft stops included
+    # their derivatives by the parameter of `rows`; zero without one
     states_by: Floats
     durations_by: Floats
-    periodic: bool = True
+    periodic: bool = True  # whether the motion repeats after them
 
     @property
     def period(self) -> Jet:
@@ -295,20 +282,18 @@ def _propagated(
 
     They are computed in these units, dY/dp with p in one that makes both parts of the flow alike.
     """
-    from scipy.linalg import expm
-
     size = len(flow.value)
     varied = bool(begun[:, size:].any() or flow.by.any())
     value, by = (part / units[:, None] * units for part in flow)
     if not varied:
-        matrices = expm(value * times[:, None, None])
+        matrices = exponentials(value, times)
         begun, still = begun[:, :size] / units, np.zeros((len(times) - 1, len(begun), size))
     else:
         largest = float(np.abs(value).max())
         change = np.abs(by).max() / largest if largest else 0.0
         units = np.concatenate([units, units * (rounded_down(float(change), 1) or 1.0)])
         whole = np.block([[flow.value, np.zeros((size, size))], [flow.by, flow.value]])
-        matrices = expm(whole / units[:, None] * units * times[:, None, None])
+        matrices = exponentials(whole / units[:, None] * units, times)
         begun = begun / units
     out = []
     for nth in range(int(counts.max())):

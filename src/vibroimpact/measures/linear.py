@@ -39,18 +39,10 @@ class Reach(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class FreeMotion:
-    """Steady motion of a forced machine without impacts, all stops open.
-
-    Attributes
-    ----------
-    system
-        The system.
-    offset
-        What is added to coordinates along which nothing holds the machine, shape (n,): a free mass
-        stands anywhere.
-    """
+    """Steady motion of a forced machine without impacts, all stops open."""
 
     system: System
+    # displacement along which nothing holds the machine, shape (n,): a free mass stands anywhere
     offset: Floats = field(repr=False)
 
     @property

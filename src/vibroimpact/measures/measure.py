@@ -1,4 +1,4 @@
-"""Measures: what is said about a steady motion in one number.
+"""Measures: one number about a steady motion.
 
 A measure is taken of a sweep, whatever the motion is, by observers that run with it; of a periodic
 orbit exactly, with its derivative along the branch of the orbit (flights.py, where the method is).
@@ -14,12 +14,13 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_kind, positive, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.machines.json_text import system_of
@@ -40,9 +41,6 @@ from vibroimpact.sweeps.observers.observer import ELEMENT, PART, Observer
 from vibroimpact.sweeps.observers.power import Power
 from vibroimpact.sweeps.observers.rms import Rms as RmsObserver
 from vibroimpact.sweeps.observers.speeds import Speeds
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Row = str | Sequence[float]
 Speed = Literal["largest", "mean", "rms", "smallest"]
@@ -66,7 +64,7 @@ class Measure(ABC):
     Attributes
     ----------
     label
-        What it is, in words.
+        Its name for axes and reports, as in "amplitude of x1".
     dimension
         Quantity by which it has a unit: a key of machines/units.py, "" for a plain number.
     observers
@@ -75,24 +73,27 @@ class Measure(ABC):
 
     system: System | None = field(default=None, kw_only=True, repr=False, compare=False)
 
-    @property
-    @abstractmethod
-    def label(self) -> str:
-        """The measure in words."""
+    DIMENSION: ClassVar[str] = ""
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Final(),)  # members go on from their ends
 
     @property
     @abstractmethod
+    def label(self) -> str:
+        """Name of the measure, for axes and reports."""
+
+    @property
     def dimension(self) -> str:
-        """Quantity by which it has a unit."""
+        """Quantity that gives its unit: "length", "power"; "" for a plain number."""
+        return self.DIMENSION
 
     @property
     def observers(self) -> tuple[Observer, ...]:
         """Observers of a sweep that hold it."""
-        return (Final(),)
+        return self.OBSERVERS
 
     @abstractmethod
     def _of(self, flights: Flights) -> Jet:
-        """Value and derivative."""
+        """Value of the measure with its derivative, of the flights of a motion."""
 
     def _check(self, m: Mechanism) -> None:  # noqa: B027 - most have nothing to refuse
         """Refuse a mechanism that has no such row or part."""
@@ -141,8 +142,6 @@ class Measure(ABC):
         each member is run on from its end for as long as it was observed, which takes some
         milliseconds each; others cost nothing.
         """
-        import xarray as xr
-
         check_kind("members", members, xr.Dataset, "a Dataset, as vi.sweep gives")
         missing = [one for one in self._variables(members) if one not in members]
         if missing:
@@ -251,7 +250,7 @@ class _OfRow(Measure):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"{self.KIND} of {self.text}"
 
     @property
@@ -278,7 +277,7 @@ class _OfRow(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """That of the row; where none holds it, the end of the run, from which members go on."""
+        """Observer of the row; of velocities and the like the state at the end, from which members go on."""
         if self.OBSERVER is None or self.derivatives:
             return super().observers
         row = self.coefficients(self._bound)
@@ -406,7 +405,7 @@ class Harmonic(_OfRow):
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"harmonic {self.harmonic:g} of {self.text}"
 
     def _check(self, m: Mechanism) -> None:
@@ -444,7 +443,7 @@ class Transmissibility(Amplitude):
 
     @property
     def dimension(self) -> str:
-        """A plain number."""
+        """No quantity: a plain number."""
         return ""
 
     def _check(self, m: Mechanism) -> None:
@@ -544,16 +543,13 @@ class DissipatedPower(Measure):
 
     part: int | str | None = None
 
-    @property
-    def label(self) -> str:
-        """The measure in words."""
-        whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
-        return f"dissipated power{'' if self.part is None else whose}"
+    DIMENSION: ClassVar[str] = "power"
 
     @property
-    def dimension(self) -> str:
-        """Power."""
-        return "power"
+    def label(self) -> str:
+        """Name of the measure, for axes and reports."""
+        whose = f" of {DASHPOTS}" if self.part == DASHPOTS else f" of part {self.part}"
+        return f"dissipated power{'' if self.part is None else whose}"
 
     def _check(self, m: Mechanism) -> None:
         if isinstance(self.part, str):
@@ -563,7 +559,7 @@ class DissipatedPower(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Impacts, elements, or the final state from which a member is run on."""
+        """Observers of impacts and elements, or of the final state from which a member is run on."""
         return self._observers(self._bound)
 
     def _observers(self, m: Mechanism) -> tuple[Observer, ...]:
@@ -641,20 +637,13 @@ class ContactForce(_OfPart):
 
     part: int | None = None
 
+    DIMENSION: ClassVar[str] = "force"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Forces(),)
+
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"largest force{self._whose}"
-
-    @property
-    def dimension(self) -> str:
-        """Force."""
-        return "force"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """The ranges of all forces."""
-        return (Forces(),)
 
     def _check(self, m: Mechanism) -> None:
         super()._check(m)
@@ -694,15 +683,12 @@ class Impulse(_OfPart):
         Number of the contact; by default of any.
     """
 
-    @property
-    def label(self) -> str:
-        """The measure in words."""
-        return f"largest impulse{self._whose}"
+    DIMENSION: ClassVar[str] = "impulse"
 
     @property
-    def dimension(self) -> str:
-        """Impulse."""
-        return "impulse"
+    def label(self) -> str:
+        """Name of the measure, for axes and reports."""
+        return f"largest impulse{self._whose}"
 
     def _check(self, m: Mechanism) -> None:
         super()._check(m)
@@ -714,7 +700,7 @@ class Impulse(_OfPart):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Speeds, where they give the impulses; else the final state."""
+        """Observer of speeds, where they give the impulses; else of the final state."""
         return (Speeds(),) if _alike(self._bound) else (Final(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
@@ -752,23 +738,16 @@ class ImpactSpeed(Measure):
 
     kind: Speed = "largest"
 
+    DIMENSION: ClassVar[str] = "velocity"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Speeds(),)
+
     def __post_init__(self) -> None:
         check_choice("kind", self.kind, ["largest", "mean", "rms", "smallest"])
 
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return f"{self.kind} impact speed"
-
-    @property
-    def dimension(self) -> str:
-        """Velocity."""
-        return "velocity"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """Statistics of speeds."""
-        return (Speeds(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"speed_{self.kind}"].fillna(0.0)
@@ -789,20 +768,13 @@ class ImpactSpeed(Measure):
 class ImpactRate(Measure):
     """Impacts per unit of time, at all stops, soft ones included: what is heard."""
 
+    DIMENSION: ClassVar[str] = "rate"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Impacts(),)
+
     @property
     def label(self) -> str:
-        """The measure in words."""
+        """Name of the measure, for axes and reports."""
         return "impacts per unit of time"
-
-    @property
-    def dimension(self) -> str:
-        """A rate."""
-        return "rate"
-
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """Counts of impacts."""
-        return (Impacts(),)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
         count = members["impacts_a"] + members["impacts_b"]
@@ -979,8 +951,6 @@ def _per_system(
     members: xr.Dataset, system: System, of: Callable[[System], float]
 ) -> xr.DataArray | float:
     """A number of each system of a sweep."""
-    import xarray as xr
-
     names = _swept(members)
     axes = [members[name].values.tolist() for name in names]
     system = _held(members, system)
@@ -997,9 +967,7 @@ def _per_system(
 def _each(
     members: xr.Dataset, system: System, of: Callable[[System, xr.Dataset, float], float]
 ) -> xr.DataArray:
-    """A number of each member."""
-    import xarray as xr
-
+    """Compute a number of each member, one after the other."""
     like = members["end"]
     names, periods = _swept(members), float(members.attrs["periods"])
     system = _held(members, system)

@@ -1,4 +1,4 @@
-"""Which forces on coordinates without mass contain none of their speeds.
+"""Groups of coordinates without mass on which no dashpot acts from outside.
 
 Dashpots give the speeds of coordinates without mass from the forces on them, but for the speed of a
 group that no dashpot holds: a slider with all that hangs on it by dashpots alone. With D the block of the

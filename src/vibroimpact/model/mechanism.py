@@ -215,7 +215,7 @@ class Mechanism:
             )
 
     def _set_lines(self) -> None:
-        """Every frequency of a motion is a forcing line, without force where none has it."""
+        """Make every frequency of a motion a forcing line, without force where none has it."""
         forces = list(_several("forces", self.forces, Harmonic, 0, MAX_LINES))
         nothing = (0.0,) * self.degrees
         for element in self.elements:

@@ -12,18 +12,10 @@ StopName = Literal["A", "B"]  # of a given contact: A is the upper stop, B the l
 
 
 class Stop(NamedTuple):
-    """Stop of a mechanism.
+    """Stop of a mechanism."""
 
-    Attributes
-    ----------
-    contact
-        Number of the contact.
-    side
-        +1 for its upper stop, A; -1 for its lower stop, B.
-    """
-
-    contact: int
-    side: int
+    contact: int  # number of the contact
+    side: int  # +1 for its upper stop, A; -1 for its lower stop, B
 
     def __repr__(self) -> str:
         return repr(tuple(self))

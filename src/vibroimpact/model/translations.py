@@ -22,18 +22,11 @@ RANK_RELATIVE = 2.0**-40
 
 @dataclass(frozen=True)
 class Translations:
-    """Displacements that change nothing, and a coordinate by which each is measured.
+    """Displacements that change nothing, and a coordinate by which each is measured."""
 
-    Attributes
-    ----------
-    directions
-        Shape (n, k); k = 0 for most machines: a spring or a stop to the ground holds each body.
-    references
-        Coordinates x_reference of (2), k of them.
-    """
-
+    # shape (n, k); k = 0 for most machines: a spring or a stop to the ground holds each body
     directions: Floats = field(repr=False)
-    references: tuple[int, ...]
+    references: tuple[int, ...]  # coordinates x_reference of (2), k of them
 
     def removed(self, position: Floats) -> Floats:
         """Positions less the drift (2), relative to the reference bodies; shape (..., n)."""

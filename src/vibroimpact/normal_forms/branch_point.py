@@ -130,22 +130,8 @@ class BranchPoint:
 
 
 def branch_point(kind: PointKind, forms: Forms) -> BranchPoint | Refusal:
-    """Compute the normal form at a branch point with multiplier +1.
+    """Compute the normal form at a branch point with multiplier +1, from forms with the parameter.
 
-    Parameters
-    ----------
-    kind
-        The branch point.
-    forms
-        Forms of the map at its fixed point, with the parameter.
-
-    Returns
-    -------
-    BranchPoint or Refusal
-        A refusal where a hypothesis fails.
-
-    Notes
-    -----
     Cost: d + 1 first, 4 second and 1 third derivative.
     """
     A = jacobian(forms)

@@ -96,21 +96,13 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Critical:
-    """Simple critical multiplier with its eigenvectors.
+    """Simple critical multiplier with its eigenvectors."""
 
-    Attributes
-    ----------
-    multiplier
-        nu, in the upper half plane where complex.
-    q, p
-        Its right and left eigenvectors (1), shape (d,).
-    multipliers, others
-        All multipliers, shape (d,), and all but nu and conj(nu).
-    """
-
-    multiplier: complex
+    multiplier: complex  # nu, in the upper half plane where complex
+    # its right and left eigenvectors (1), shape (d,)
     q: Complexes
     p: Complexes
+    # all multipliers, shape (d,), and all but nu and conj(nu)
     multipliers: Complexes
     others: Complexes
 
@@ -177,12 +169,12 @@ def distance(values: Complexes, target: float | None) -> Floats:
 
 
 def described(target: float | None) -> str:
-    """The multiplier sought, in words."""
+    """Text of the multiplier sought."""
     return "a pair on the unit circle" if target is None else f"a multiplier {target:+.0f}"
 
 
 def listed(values: Complexes) -> str:
-    """Multipliers, in words."""
+    """Text of several multipliers."""
     return ", ".join(f"{value:.9g}" for value in values)
 
 

@@ -169,24 +169,8 @@ class Fold:
 
 
 def flip(kind: PointKind, forms: Forms, *, parameter: bool = True) -> Flip | Refusal:
-    """Compute the normal form at a multiplier -1.
+    """Compute (1) to (3) at a period doubling, or at the symmetry breaking of a half map: the formula is the same.
 
-    Parameters
-    ----------
-    kind
-        Period doubling or symmetry breaking: the meaning of the two new points; the formula is the same.
-    forms
-        Forms of the map at its fixed point; for symmetry breaking those of the half map.
-    parameter
-        False if the forms take no parameter.
-
-    Returns
-    -------
-    Flip or Refusal
-        A refusal where a hypothesis fails.
-
-    Notes
-    -----
     Cost: d first, 2 second and 1 third derivative, 3 more with the parameter.
     """
     A = jacobian(forms)
@@ -216,24 +200,8 @@ def flip_coefficient(
 
 
 def fold(kind: PointKind, forms: Forms, *, parameter: bool = True) -> Fold | Refusal:
-    """Compute the normal form at a multiplier +1.
+    """Compute (4) and (5); with <p, F_p> = 0 it is a branch point, no fold.
 
-    Parameters
-    ----------
-    kind
-        The fold.
-    forms
-        Forms of the map at its fixed point.
-    parameter
-        False if the forms take no parameter.
-
-    Returns
-    -------
-    Fold or Refusal
-        A refusal where a hypothesis fails: <p, F_p> = 0 is a branch point, not a fold.
-
-    Notes
-    -----
     Cost: d first and 1 second derivative, 1 more with the parameter.
     """
     critical = critical_multiplier(kind, jacobian(forms))

@@ -9,55 +9,34 @@ from typing import Any
 
 @dataclass(frozen=True)
 class PointKind:
-    """Kind of special point; two are equal where label and name are.
+    """Kind of special point; two are equal where label and name are."""
 
-    Attributes
-    ----------
-    label
-        Short name, of points and in files: "SN".
-    name
-        Name in two or three words, for legends.
-    meaning
-        What happens there, for printed points.
-    codimension
-        Number of parameters that are needed to meet it.
-    critical
-        Multipliers of modulus one that the map has there: 1.0, -1.0, or None for a pair that is not real. Empty where
-        the kind is not one of multipliers.
-    test
-        First word of the test functions of a branch that vanish there.
-    function
-        Test function g(states, durations, parameters) of orbits, for kinds that are given by one.
-    touch
-        Whether a gap, a speed or a time is zero there, so that its sign is rounding.
-    normal_form
-        Coefficients: a function of the record, and of the forms of the map for a smooth kind, else of the point. None
-        where there are none.
-    resonance
-        (p, q) of a critical pair exp(+-2 pi i p / q).
-    curves
-        Kinds of the curves of the same orbits that pass through it.
-    begins
-        What gives the start of the other orbits that begin there; None where none do.
-    in_half_map
-        The kind that it is of the half map of a symmetric orbit, where that is another one.
-    of_element
-        Meaning where an element, no rigid stop, is touched.
-    """
-
-    label: str
-    name: str
-    meaning: str = field(compare=False)
+    label: str  # short name, of points and in files: "SN"
+    name: str  # name in two or three words, for legends
+    meaning: str = field(compare=False)  # what happens there, for printed points
+    # number of parameters that are needed to meet it
     codimension: int = field(default=1, compare=False)
+    # Multipliers of modulus one that the map has there: 1.0, -1.0, or None for a pair that is not real. Empty where
+    # the kind is not one of multipliers.
     critical: tuple[float | None, ...] = field(default=(), compare=False)
+    # first word of the test functions of a branch that vanish there
     test: str = field(default="", compare=False)
+    # test function g(states, durations, parameters) of orbits, for kinds that are given by one
     function: Callable[[Any, Any, Any], Any] | None = field(default=None, compare=False)
+    # whether a gap, a speed or a time is zero there, so that its sign is rounding
     touch: bool = field(default=False, compare=False)
+    # Coefficients: a function of the record, and of the forms of the map for a smooth kind, else of the point. None
+    # where there are none.
     normal_form: Callable[..., Any] | None = field(default=None, compare=False)
+    # (p, q) of a critical pair exp(+-2 pi i p / q)
     resonance: tuple[int, int] | None = field(default=None, compare=False)
+    # kinds of the curves of the same orbits that pass through it
     curves: tuple[PointKind, ...] = field(default=(), compare=False)
+    # what gives the start of the other orbits that begin there; None where none do
     begins: Callable[..., Any] | None = field(default=None, compare=False)
+    # the kind that it is of the half map of a symmetric orbit, where that is another one
     in_half_map: PointKind | None = field(default=None, compare=False)
+    # meaning where an element, no rigid stop, is touched
     of_element: str = field(default="", compare=False)
 
     def __str__(self) -> str:

@@ -209,24 +209,8 @@ class NeimarkSacker:
 def neimark_sacker(
     kind: PointKind, forms: Forms, *, parameter: bool = True
 ) -> NeimarkSacker | Refusal:
-    """Compute the normal form at a Neimark-Sacker point.
+    """Compute (1) to (7) at a Neimark-Sacker point; without the parameter (1) to (3).
 
-    Parameters
-    ----------
-    kind
-        Neimark-Sacker.
-    forms
-        Forms of the map at its fixed point; for a symmetric orbit those of the half map.
-    parameter
-        False if the forms take no parameter: only d and the centre manifold.
-
-    Returns
-    -------
-    NeimarkSacker or Refusal
-        A refusal where a hypothesis fails.
-
-    Notes
-    -----
     Cost: d first, 9 second and 4 third derivatives; with the parameter 1 first and 4 second more.
     """
     A = jacobian(forms)

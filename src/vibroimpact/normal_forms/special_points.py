@@ -1,4 +1,4 @@
-"""What all points of codimension two share: critical multipliers, and what is born.
+"""Common parts of points of codimension two: critical multipliers, and the curves that begin there.
 
 Method      several critical multipliers nu_k at once, A q_k = nu_k q_k, A^T p_k = conj(nu_k) p_k,
             |q_k| = 1, <p_k, q_k> = 1, each with the sign or phase of critical.py            (1)
@@ -58,7 +58,7 @@ class NewCurve:
     kind
         Label of its kind; where an orbit touches a stop, that of the touch.
     period
-        Of the orbits on it, in iterates of the map whose forms were given, >= 1. For the half map
+        Period of the orbits on it, in iterates of the map whose forms were given, >= 1. For the half map
         of a symmetric orbit two iterates are one period of the full map.
     neutral_saddle
         Whether it is a curve of neutral saddles, a real pair nu, 1 / nu, which solves the equations
@@ -124,7 +124,7 @@ class CodimensionTwo:
         raise AttributeError(f"{letter!r}: a normal form of this kind has no such coefficient.")
 
     def born(self, meaning: str, *switchable: NewCurve, why_not: str = "", **numbers: Any) -> Self:
-        """Copy that says what is born at the point, and has further numbers."""
+        """Copy with the curves that begin at the point, and further numbers."""
         numbers = {**self.numbers, **numbers}
         return replace(
             self, numbers=numbers, meaning=meaning, switchable=switchable, why_not=why_not

@@ -36,21 +36,11 @@ def given(name: str, part: Part | None) -> Part:
 
 @dataclass(frozen=True)
 class Unfolding:
-    """Derivatives with respect to the parameter along the branch of fixed points.
+    """Derivatives with respect to the parameter along the branch of fixed points."""
 
-    Attributes
-    ----------
-    drift
-        x_p, shape (dimension,).
-    multiplier_slope
-        d nu / d p.
-    scale
-        Size of the terms whose sum the slope is.
-    """
-
-    drift: Floats
-    multiplier_slope: complex
-    scale: float
+    drift: Floats  # x_p, shape (dimension,)
+    multiplier_slope: complex  # d nu / d p
+    scale: float  # size of the terms whose sum the slope is
 
 
 def unfold(at: Multilinear, A: Floats, critical: Critical) -> Unfolding:

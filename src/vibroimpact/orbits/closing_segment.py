@@ -69,29 +69,17 @@ class ClosingLoop(NamedTuple):
 
 
 class Events(NamedTuple):
-    """Events of a run that end flights, those at one instant as one.
+    """Events of a run that end flights, those at one instant as one."""
 
-    Attributes
-    ----------
-    first, last
-        Numbers in the run, shape (m,): of the event, and of the last one at the same instant.
-    status
-        Of the first, shape (m,).
-    states
-        (x, v, theta) after the last one, with growing phase, shape (m, 2n + 1).
-    times, stops
-        Times, and contacts or elements with the side.
-    counted
-        Which count as impacts; all where none does.
-    """
-
+    # numbers in the run, shape (m,): of the event, and of the last one at the same instant
     first: Integers
     last: Integers
-    status: Codes
-    states: Floats
+    status: Codes  # of the first, shape (m,)
+    states: Floats  # (x, v, theta) after the last one, with growing phase, shape (m, 2n + 1)
+    # times, and contacts or elements with the side
     times: Floats
     stops: list[Stop]
-    counted: Integers
+    counted: Integers  # which count as impacts; all where none does
 
 
 def events_of(run: Run) -> Events:

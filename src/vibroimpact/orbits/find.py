@@ -89,8 +89,8 @@ def find_orbit(
     Orbit
         In a family of orbits (``family_dimension``), the one next to the guess. With ``converged``
         False and a sentence in ``status`` where none was reached, where none exists because every
-        impact loses energy, or where the motion drifts, or chatters, sticks or has several impacts
-        at once in every period.
+        impact loses energy, where the motion drifts, or has several impacts at once in every
+        period.
 
     Raises
     ------

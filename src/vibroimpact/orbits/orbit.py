@@ -7,11 +7,11 @@ import math
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact._core.checks import nonnegative
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, Linearised
@@ -45,9 +45,6 @@ from vibroimpact.orbits.stability import (
     stability_of,
 )
 from vibroimpact.results.result import Result, along, complex_columns
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # A guard whose rate is smaller, relative to its changes in a flight time, is only touched.
 TOUCHING_RATE_OF_CHANGE = 1e-7

@@ -116,7 +116,7 @@ def find_orbits(
     Notes
     -----
     Cost: 1 ms per motion and some 5 ms per guess; for the damper five seconds with the defaults,
-    ten with ``most_cycles=4, impacts=8, starts=50``; with elements 20 to 100 ms per motion. Chaotic
+    ten with ``most_cycles=4, most_impacts=8, starts=50``; with elements 20 to 100 ms per motion. Chaotic
     motions give most guesses. Ctrl-C ends the search without a result; fewer starts give the first
     part of the same list.
 

@@ -6,11 +6,12 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
@@ -18,9 +19,6 @@ from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import impacting
 from vibroimpact.orbits.stability import flags, in_words
 from vibroimpact.results.result import Result, complex_columns
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 class MotionEnd(StrEnum):

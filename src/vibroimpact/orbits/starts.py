@@ -49,18 +49,11 @@ class Face:
 
 @dataclass(frozen=True)
 class Starts:
-    """Possible starts of motions of a system.
-
-    Attributes
-    ----------
-    faces
-        The stops that can be reached.
-    low, high
-        The box (1) of positions and velocities, shape (2n,).
-    """
+    """Possible starts of motions of a system."""
 
     mechanism: Mechanism
-    faces: tuple[Face, ...]
+    faces: tuple[Face, ...]  # the stops that can be reached
+    # the box (1) of positions and velocities, shape (2n,)
     low: Floats
     high: Floats
 

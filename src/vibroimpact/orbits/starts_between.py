@@ -47,18 +47,11 @@ INSIDE_SHARE = 1.0 - 1e-9
 
 @dataclass(frozen=True)
 class StartsBetween:
-    """Possible starts of motions of a system.
-
-    Attributes
-    ----------
-    length
-        The largest of the lengths (1).
-    low, high
-        The box (2) of positions and velocities, shape (2n,).
-    """
+    """Possible starts of motions of a system."""
 
     mechanism: Mechanism
-    length: float
+    length: float  # the largest of the lengths (1)
+    # the box (2) of positions and velocities, shape (2n,)
     low: Floats
     high: Floats
 

@@ -1,4 +1,4 @@
-"""Figures of results. Every function draws a given result and returns the Axes.
+"""Figures of results. Every function draws a given result on ``ax``, by default a new figure, and returns its Axes.
 
 >>> import vibroimpact as vi
 >>> from vibroimpact import plotting

@@ -30,13 +30,6 @@ def plot_along(along: xr.Dataset, *, variable: str = "lyapunov", ax: Axes | None
         Name of the data variable. For "lyapunov" the line of zero is drawn: above it the motion is
         chaotic, and motions without impacts have no point. Minus infinity, as for motions that
         stick, is a triangle at the lower edge.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_dataset("along", along, "vi.sweep or vi.bifurcation_sweep")
     variable_of(along, variable, "Others are observed with observe=[...].")

@@ -33,8 +33,6 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     ----------
     basins
         A result of :func:`vibroimpact.basins`.
-    ax
-        Axes to draw on; a new figure if not given.
     marks
         Mark the attractors at the final states of motions: at whole numbers of forcing periods, at
         the phase of the starts, projected on the plane. Those outside it are not shown.

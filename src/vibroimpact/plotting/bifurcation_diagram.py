@@ -49,8 +49,6 @@ def plot_bifurcation_diagram(
         left out.
     variable
         Name of the data variable: "x1", "v1", "phase", or another number of each member.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------

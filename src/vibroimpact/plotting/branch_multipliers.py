@@ -38,8 +38,6 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
     ----------
     branch
         A result of :func:`vibroimpact.continue_orbit`; its multipliers are those of the full map.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------

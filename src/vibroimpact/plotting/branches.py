@@ -58,8 +58,6 @@ def plot_branches(
         "x1", "x2", ... places and "v1", "v2", ... velocities just after an impact, "phase" of the
         force there; or, of the whole orbit, "speed" (smallest closing speed of an impact),
         "clearance" (least gap between the impacts), "period".
-    ax
-        Axes to draw on; a new figure if not given.
     marks
         Mark and label the special points. Labels without space are left out.
     stop
@@ -74,11 +72,6 @@ def plot_branches(
         parameter with NaN points only are marked at the foot of the axes.
     bounds
         Range of the parameter that is shown; by default that of the branches and attractors.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     branches = _checked(branches)
     check_kind("variable", variable, str, "the name of a coordinate")

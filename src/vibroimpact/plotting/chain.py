@@ -294,7 +294,7 @@ def law_of(part: Element, side: int) -> Law | None:
 
 
 def moving(e: Element) -> bool:
-    """Whether it rubs on a belt that moves."""
+    """Whether an element rubs on a belt that moves."""
     return bool(e.grip.speed or e.motion)
 
 

@@ -29,8 +29,6 @@ def plot_circle_half_width(circles: xr.Dataset, *, ax: Axes | None = None) -> Ax
         Dims ``offset`` (omega - omega_c), ``start``, ``coordinate``, with the variables
         ``predicted_half_width`` (offset, coordinate) and ``half_width`` (start, offset,
         coordinate).
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------
@@ -58,8 +56,6 @@ def plot_circle_error(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     circles
         Dims ``offset`` and ``start``, with ``predicted_radius`` (offset) and ``radius`` (start,
         offset).
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------
@@ -89,13 +85,6 @@ def plot_circles(circles: xr.Dataset, *, ax: Axes | None = None) -> Axes:
     circles
         Dataset with ``predicted_points`` (offset, phase_of_z, coordinate) and ``points`` (offset,
         point, coordinate), states minus the critical one.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_dataset("circles", circles, MAKER, ["offset", "predicted_points", "points"])
     with style.drawing(ax) as ax:

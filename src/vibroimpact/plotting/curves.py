@@ -273,7 +273,7 @@ def _text(point: BifurcationPoint) -> str:
 
 
 def _entries(curves: Sequence[BifurcationCurve], *, points: bool) -> list[dict[str, Any]]:
-    """Looks of the legend with their words."""
+    """Looks of the legend with their texts."""
     found = [
         _look(kind, Meaning.BIFURCATION) | {"label": kind.name}
         for kind in in_order(curve.record for curve in curves)

@@ -40,13 +40,6 @@ def plot_design(design: Design, *, what: str = "response", ax: Axes | None = Non
         "response": the worst motion at each value of the band, from all starts; "search": every
         machine that was tried, a colour for each number of values and starts by which it was judged, with a
         line for the best so far.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("design", design, Design, "a Design, as vi.optimise gives")
     check_choice("what", what, KINDS)
@@ -98,8 +91,6 @@ def plot_design_map(found: DesignMap, *, ax: Axes | None = None) -> Axes:
     ----------
     found
         A result of :func:`vibroimpact.design_map`.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------
@@ -138,13 +129,6 @@ def plot_pareto_front(front: ParetoFront, *, ax: Axes | None = None) -> Axes:
     ----------
     front
         A result of :func:`vibroimpact.pareto_front`.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("front", front, ParetoFront, "a ParetoFront, as vi.pareto_front gives")
     units = units_of(front.system)

@@ -20,8 +20,6 @@ def plot_exponents(
     ----------
     exponents
         A result of :func:`vibroimpact.lyapunov_exponent` or :func:`vibroimpact.lyapunov_spectrum`.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------

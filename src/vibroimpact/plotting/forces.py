@@ -35,13 +35,6 @@ def plot_forces(
     elements
         Numbers of contacts and elements as in ``run.contact``; by default soft stops, friction, and
         the rigid stops that come to rest. A phase switch has no row along which a force could be.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
 
     Notes
     -----
@@ -85,13 +78,6 @@ def plot_hysteresis(
         Number of the contact or element, as in ``run.contact``.
     t0, t1
         Window of time within the run; to its last event if ``t1`` is not given.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
 
     Notes
     -----

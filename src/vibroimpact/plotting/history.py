@@ -32,13 +32,6 @@ def plot_history(
         A result of :func:`vibroimpact.simulate`.
     t0, t1
         Window of time within the run; to its last event if ``t1`` is not given.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
 
     Notes
     -----

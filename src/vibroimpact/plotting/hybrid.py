@@ -22,13 +22,6 @@ def plot_hybrid_run(run: HybridRun, *, ax: Axes | None = None) -> Axes:
     ----------
     run
         A result of :func:`vibroimpact.simulate_hybrid`.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("run", run, HybridRun, "a HybridRun, as vi.simulate_hybrid gives")
     last = float(run.time[-1]) if len(run) else 0.0

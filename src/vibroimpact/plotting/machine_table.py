@@ -26,14 +26,14 @@ NAMED = re.compile(r"(.*?)\s*\$(.*)\$")  # words and symbol of a label
 
 
 class Varied(NamedTuple):
-    """A parameter that is not fixed, and its range in words."""
+    """A parameter that is not fixed, and the text of its range."""
 
     name: str
     text: str
 
 
 def machine_table(system: System, varied: Sequence[Varied] = (), caption: str = "") -> Table:
-    """Table of a machine: what it has, symbol, value.
+    """Table of a machine: each part with its symbol and value.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def machine_table(system: System, varied: Sequence[Varied] = (), caption: str = 
     varied
         Parameters whose range stands in place of their value.
     caption
-        Of the table.
+        Caption of the table.
     """
     units, m = units_of(system), mechanism_of(system)
     known = {one.name: one.text for one in varied}

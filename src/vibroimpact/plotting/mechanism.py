@@ -27,15 +27,8 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, caption: bool = Tr
     ----------
     system
         The impact damper, or any mechanism.
-    ax
-        Axes to draw on; a new figure if not given.
     caption
         Whether to write the parameters of the impact damper below it.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
 
     Notes
     -----

@@ -42,8 +42,6 @@ def plot_multipliers(
         ``path`` is an array.
     labels
         Names of a few orbits instead of a path: each has a colour and a mark, with a legend.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------

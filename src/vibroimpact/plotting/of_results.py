@@ -1,4 +1,4 @@
-"""Which function draws which result: the one table behind ``result.plot()``."""
+"""Table of the functions that draw results, behind ``result.plot()``."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ from vibroimpact.transients.sine_sweep import SineSweep
 
 
 def _diagram(diagram: Diagram, variable: str = "v1", **options: Any) -> Axes:
-    """All branches and their mirror images over the attractors, after the impacts at the stop of the sweep."""
+    """Draw all branches and their mirror images over the attractors, after the impacts at the stop of the sweep."""
     family, points = diagram.branches[0].family, diagram.attractors
     return plot_branches(
         diagram.branches,

@@ -33,8 +33,6 @@ def plot_orbit(orbit: Orbit, row: Row = "x1", *, ax: Axes | None = None) -> Axes
         A converged :class:`Orbit`.
     row
         "x1", "x2", a sum such as "x2 - x1", or coefficients of the coordinates.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------
@@ -75,13 +73,6 @@ def plot_orbits(
         A result of :func:`vibroimpact.find_orbits`.
     x, y
         Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities after the impact, "phase".
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("search", search, OrbitSearch, "an OrbitSearch, as vi.find_orbits gives")
     names = coordinate_names(mechanism_of(search.system).degrees)

@@ -32,13 +32,6 @@ def plot_phase_portrait(
     row
         Coordinate u = row . x, missing entries zero. ``(1,)`` is x1, ``(0, 1)`` is x2,
         ``(-1, 1)`` is x2 - x1, the contact coordinate of the damper.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     start, end = window_of(run, t0, t1)
     entries, n = vector("row", row), run.position.shape[1]

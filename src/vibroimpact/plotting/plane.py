@@ -57,8 +57,6 @@ def plot_plane(
         below zero, darkest at minus infinity, white at zero, red above; each side has a scale of
         its own), "rotation" (grey also where the error is above 0.01), "attractors" (the number of
         attractors), or another number in the dataset.
-    ax
-        Axes to draw on; a new figure if not given.
     most_motions
         Symbols with a colour of their own, 1 to 7, the most frequent ones, mirror images next to
         each other; the rest is "other periodic".

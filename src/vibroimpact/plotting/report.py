@@ -17,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_kind, check_target, path_of
+from vibroimpact._core.checks import check_flag, check_kind, check_target, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
 from vibroimpact.machines.registry import name_of
@@ -65,7 +65,7 @@ def report_of(
     title
         Heading of the page; by default the measure and the machine.
     compare, decibel
-        Of the figure, as for :func:`vibroimpact.plotting.plot_response`.
+        Options of the figure, as for :func:`vibroimpact.plotting.plot_response`.
     command
         The command that repeats the report, which the page states.
 
@@ -99,6 +99,7 @@ def write_report(
     """Write a report to a file; see :meth:`Response.report`."""
     target = path_of("path", path)
     check_target(target, PAGES, "path")
+    check_flag("decibel", decibel)
     text = report_of(response, title=title, compare=compare, decibel=decibel)
     with replacing(target) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -176,7 +177,7 @@ def _touching(response: Response) -> str:
 
 
 def _share(factor: float) -> str:
-    """A ratio in words."""
+    """Text of a ratio."""
     if factor >= LEAST_WRITTEN_RATIO:
         return f"{factor:.3g} times as much"
     return f"{100.0 * abs(1.0 - factor):.3g} % {'less' if factor < 1.0 else 'more'}"
@@ -239,7 +240,7 @@ def _whose(response: Response) -> str:
 
 
 def _over(response: Response) -> str:
-    """The band in words."""
+    """Text of the band."""
     low, high = _ends(response)
     return f"between {low} and {high}"
 

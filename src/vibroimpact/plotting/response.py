@@ -60,8 +60,6 @@ def plot_response(
     ----------
     response
         A result of :func:`vibroimpact.frequency_response`.
-    ax
-        Axes to draw on; a new figure if not given.
     decibel
         Draw 20 lg of the value, 10 lg of a power.
     compare
@@ -69,11 +67,6 @@ def plot_response(
         damper of the same mass in place of the free masses.
     marks
         Mark special points next to admissible orbits.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("response", response, Response, "a Response, as vi.frequency_response gives")
     check_flag("decibel", decibel)
@@ -228,13 +221,6 @@ def plot_tuned_damper(damper: TunedDamper, *, ax: Axes | None = None) -> Axes:
     ----------
     damper
         A result of :func:`vibroimpact.tuned_damper`.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("damper", damper, TunedDamper, "a TunedDamper, as vi.tuned_damper gives")
     ratio = np.linspace(0.0, 2.0 * max(1.0, damper.frequency_ratio, damper.peak_at[0]), 1000)

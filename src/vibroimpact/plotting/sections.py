@@ -32,15 +32,8 @@ def plot_section(
     drift
         False: places relative to the last body that nothing holds, ``section.relative``, so that a
         machine that advances is drawn in one place.
-    ax
-        Axes to draw on; a new figure if not given.
     **looks
         Passed to matplotlib's ``plot``: ``color``, ``marker``, ``label`` (which adds a legend).
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     arrays = [getattr(section, name, None) for name in ("position", "velocity", "phase")]
     if not all(isinstance(array, np.ndarray) for array in arrays):

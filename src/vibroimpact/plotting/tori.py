@@ -31,8 +31,6 @@ def plot_invariant_circle(
     x, y
         Coordinates to draw: "x1", "x2", ... places, "v1", "v2", ... velocities after the impact,
         "phase" the phase of the force; of a formula "x1", "x2", ...
-    ax
-        Axes to draw on; a new figure if not given.
     **looks
         Passed to matplotlib's ``plot``.
 
@@ -73,8 +71,6 @@ def plot_circle_branch(branch: CircleBranch, *, ax: Axes | None = None) -> Axes:
     ----------
     branch
         A result of :func:`vibroimpact.continue_circle`.
-    ax
-        Axes to draw on; a new figure if not given.
 
     Returns
     -------

@@ -41,13 +41,6 @@ def plot_free_decay(decay: FreeDecay, *, ax: Axes | None = None) -> Axes:
     ----------
     decay
         A result of :func:`vibroimpact.free_decay`.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
 
     Notes
     -----
@@ -96,13 +89,6 @@ def plot_sine_sweep(swept: SineSweep, quantity: str = "peak", *, ax: Axes | None
         A result of :func:`vibroimpact.sine_sweep`.
     quantity
         "peak", "amplitude", "rms", "mean" or "impacts".
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("swept", swept, SineSweep, "a SineSweep, as vi.sine_sweep gives")
     found = swept.quantity(quantity)
@@ -134,13 +120,6 @@ def plot_record(record: ForceRecord, *, ax: Axes | None = None) -> Axes:
     ----------
     record
         A :class:`vibroimpact.ForceRecord`.
-    ax
-        Axes to draw on; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind("record", record, ForceRecord, "a ForceRecord")
     with style.drawing(ax, width=1.6 * style.WIDTH, height=0.8 * style.HEIGHT) as ax:
@@ -212,11 +191,6 @@ def plot_response_spectrum(
         "displacement", "pseudo_velocity", "pseudo_acceleration", "acceleration", "impacts" or "impulse".
     ax
         Axes to draw on, such as those of another spectrum; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-        The Axes drawn on.
     """
     check_kind(
         "spectrum", spectrum, ResponseSpectrum, "a ResponseSpectrum, as vi.response_spectrum gives"

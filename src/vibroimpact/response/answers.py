@@ -1,4 +1,4 @@
-"""What a machine settles on over a band: simulated up, down, from many starts; equal motions joined.
+"""Answers: motions on which a machine settles over a band, simulated up, down, and from many starts.
 
 Method      Members of :func:`~vibroimpact.sweep` at every value of a parameter: one motion followed
             upwards, then downwards, and one from each random start. Members at one value are one
@@ -14,17 +14,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.linear import free_motion
 from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
 from vibroimpact.measures.motions import Motion
-from vibroimpact.model.mechanism import Mechanism, stop_sizes, with_mass
+from vibroimpact.model.mechanism import stop_sizes, with_mass
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -38,9 +39,6 @@ from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.starts import Many, RandomStarts
 from vibroimpact.sweeps.sweep import sweep
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Ranges of one periodic motion agree so well, relative to the largest.
 SAME_PERIODIC_OF_RANGE = 1e-4
@@ -150,7 +148,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Simulation:
-    """How the answers of simulation are found.
+    """Simulation that finds the answers at each value of a parameter.
 
     Attributes
     ----------
@@ -198,10 +196,9 @@ class Simulation:
             }
             places = np.ndindex(*apart.values())
             parts += [("starts", found.isel(dict(zip(apart, k, strict=True)))) for k in places]
-        tables = [_Table(way, part, self) for way, part in parts]
+        rows = zip(*(_rows(way, part, self) for way, part in parts), strict=True)
         return [
-            self._joined(value, [table.row(k) for table in tables])
-            for k, value in enumerate(values.tolist())
+            self._joined(value, list(at)) for value, at in zip(values.tolist(), rows, strict=True)
         ]
 
     def _observers(self) -> list[str | Observer]:
@@ -271,8 +268,7 @@ class Simulation:
         return of_run(self.measures, simulate(system, row.state, t_max=span, impacts=2**40), span)
 
 
-@dataclass(frozen=True, eq=False)
-class _Row:
+class _Row(NamedTuple):
     """A member: how it was started, its motion, "" where it has none, ranges, numbers, state."""
 
     way: str
@@ -282,38 +278,25 @@ class _Row:
     state: State
 
 
-class _Table:
-    """Members of one start over all values."""
-
-    def __init__(self, way: str, members: xr.Dataset, simulation: Simulation) -> None:
-        self.way = way
-        codes = motions(members)
-        words = flags(codes)
-        self.motions = [
-            "" if code <= BELOW - 1 else words[int(code)].replace("_", " ") for code in codes.values
-        ]
-        count = sum(str(name).startswith("range") for name in members) // 2
-        self.ranges = np.stack(
-            [
-                (members[f"range{i}_largest"] - members[f"range{i}_smallest"]).values
-                for i in range(count)
-            ],
-            axis=-1,
-        )
-        self.columns = (
-            [measure.of_sweep(members).values for measure in simulation.measures]
-            if simulation.observed
-            else []
-        )
-        self.states = [
-            members[f"final_{kind}"].values for kind in ("position", "velocity", "phase")
-        ]
-
-    def row(self, k: int) -> _Row:
-        place, speed, phase = (part[k] for part in self.states)
-        motion = self.motions[k] if np.isfinite(self.ranges[k]).all() else ""
-        state = State(tuple(place), tuple(speed), float(phase)) if motion else State((), ())
-        return _Row(self.way, motion, self.ranges[k], [float(c[k]) for c in self.columns], state)
+def _rows(way: str, members: xr.Dataset, simulation: Simulation) -> Iterator[_Row]:
+    """Members of one start, one after the other over all values."""
+    codes = motions(members)
+    words = flags(codes)
+    count = sum(str(name).startswith("range") for name in members) // 2
+    ends = (
+        [members[f"range{i}_{end}"].values for i in range(count)] for end in ("smallest", "largest")
+    )
+    low, high = (np.stack(end, axis=-1) for end in ends)
+    observed = simulation.measures if simulation.observed else ()
+    columns = [measure.of_sweep(members).values for measure in observed]
+    kinds = ("position", "velocity", "phase")
+    states = zip(*(members[f"final_{kind}"].values for kind in kinds), strict=True)
+    for k, (code, ranges, state) in enumerate(zip(codes.values, high - low, states, strict=True)):
+        known = code > BELOW - 1 and np.isfinite(ranges).all()
+        motion = words[int(code)].replace("_", " ") if known else ""
+        place, speed, phase = state
+        start = State(tuple(place), tuple(speed), float(phase)) if motion else State((), ())
+        yield _Row(way, motion, ranges, [float(c[k]) for c in columns], start)
 
 
 def is_silent(symbol: str) -> bool:
@@ -356,7 +339,7 @@ def random_starts(
 ) -> RandomStarts:
     """Starts with random speeds and phases, of the size of the linear machine's over the band."""
     m = mechanism_of(system)
-    reach = _reach(m)
+    reach = max(stop_sizes(m), default=0.0)  # the largest distance of a stop
     speeds = []
     for one in values:
         motion = free_motion(one, opened=True)
@@ -371,11 +354,6 @@ def random_starts(
     speed = SPEED_FACTOR * float(np.median(speeds)) or 1.0
     ranges = {f"v{i + 1}": (-speed, speed) for i in with_mass(m)}
     return RandomStarts(count, seed, ranges | {"phase": (0.0, 2.0 * math.pi)}, start)
-
-
-def _reach(m: Mechanism) -> float:
-    """Largest distance of a stop."""
-    return max(stop_sizes(m), default=0.0)
 
 
 def explained(answer: Answer, by: Answer) -> Answer:

@@ -28,20 +28,13 @@ PROPORTIONAL_RELATIVE = 1e-9
 
 
 class Band(NamedTuple):
-    """A range of a parameter.
+    """A range of a parameter."""
 
-    Attributes
-    ----------
-    parameter, low, high
-        Its name, and the range in the unit of the parameter.
-    unit
-        "" for that unit, or "Hz".
-    """
-
+    # its name, and the range in the unit of the parameter
     parameter: str
     low: float
     high: float
-    unit: Unit = ""
+    unit: Unit = ""  # "" for that unit, or "Hz"
 
     @property
     def factor(self) -> float:

@@ -43,23 +43,14 @@ _KNOWN: WeakKeyDictionary[Response, dict[str, tuple[Floats, Floats]]] = WeakKeyD
 
 
 class Primary(NamedTuple):
-    """The machine without its free masses: one coordinate on a spring.
+    """The machine without its free masses: one coordinate on a spring."""
 
-    Attributes
-    ----------
-    coordinate
-        Its number.
-    mass, damping, stiffness
-        Of the coordinate.
-    free_mass
-        Sum of the free masses.
-    """
-
-    coordinate: int
+    coordinate: int  # its number
+    # of the coordinate
     mass: float
     damping: float
     stiffness: float
-    free_mass: float
+    free_mass: float  # sum of the free masses
 
     @property
     def zeta(self) -> float:

@@ -49,11 +49,11 @@ class ResponseCurve:
     Attributes
     ----------
     symbol
-        Of its motions.
+        Symbol of its motions.
     name
-        Of the parameter.
+        Name of the parameter.
     parameter, value, derivative
-        At the points in order along the branch, shape (m,); derivatives of the value by the
+        Numbers at the points in order along the branch, shape (m,); derivatives of the value by the
         parameter along the branch, NaN where there is none.
     stability
         :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
@@ -190,7 +190,7 @@ class ResponseCurve:
 
 
 def likeness(motion: str, symbol: str) -> float:
-    """How near, relative to all values, a simulated motion must be to an orbit that it is; 0: never.
+    """Distance, relative to all values, within which a simulated motion counts as an orbit; 0 for never.
 
     One that is not periodic may be on its way to the orbit.
     """

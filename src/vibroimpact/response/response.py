@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +32,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
@@ -67,12 +68,7 @@ from vibroimpact.response.curves import (
     likeness,
 )
 from vibroimpact.results.result import Result, plotting
-from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.starts import GridStarts, RandomStarts
-
-if TYPE_CHECKING:
-    import xarray as xr
-
+from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
 MOST_NAMED_MOTIONS = 8  # a list names so many motions at most
@@ -92,7 +88,7 @@ class Response(Result):
     band
         :class:`Band`: parameter, range, unit of the user.
     measure
-        What is measured.
+        The measure of every motion.
     curves
         :class:`ResponseCurve`, the motion without impacts first, if it exists.
     values
@@ -253,8 +249,6 @@ class Response(Result):
             begins there); along ``answer``: parameter, value, motion, stability, members, on_curve, and of a
             row its rms and peak. Attributes ``units`` where they are SI.
         """
-        import xarray as xr
-
         units = units_of(self.system)
         across = units.quantity_of(self.parameter)
 
@@ -437,7 +431,7 @@ def frequency_response(
     start
         Start of the motion that is followed up and down; by default the machine's free start.
     seed
-        Of the random starts.
+        Seed of the random starts.
     settle_periods, periods
         Forcing periods before, and while, motions are observed.
     most_branches

@@ -1,1 +1,1 @@
-"""What every result has: fields with dims and units, a dataset, a table, a picture, a file."""
+"""Results: fields with dims and units, and from them a dataset, a table, a picture, a file."""

@@ -10,18 +10,16 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.checks import check_target, path_of, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import replacing
+from vibroimpact._core.lazy import xr
 from vibroimpact.results.result import Result, dataframe_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NETCDF, CSV = ".nc", ".csv"
 SUFFIXES = (NETCDF, CSV)
@@ -47,7 +45,7 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
     Raises
     ------
     InvalidParameterError
-        What is no result, another suffix, no such folder, no permission.
+        An object that is no result, another suffix, no such folder, no permission.
     """
     target = path_of("path", path)
     check_target(target, SUFFIXES, "path")
@@ -82,8 +80,6 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
 
 def dataset_of(result: Any) -> xr.Dataset:
     """Dataset of a result with all that :func:`result_of` needs."""
-    import xarray as xr
-
     if isinstance(result, xr.Dataset):
         return result.assign_attrs(format=FORMAT)
     named = result.to_dataset() if isinstance(result, Result) else xr.Dataset()
@@ -151,8 +147,6 @@ def write(result: Any, path: Path) -> None:
 
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
     """Read a netCDF file."""
-    import xarray as xr
-
     target = path_of("path", path)
     try:
         with xr.open_dataset(target, engine="h5netcdf", decode_times=False) as opened:

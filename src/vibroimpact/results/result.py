@@ -1,4 +1,4 @@
-"""What every result has, from the declaration of its fields: a dataset, a table, a picture."""
+"""Base class of results: dataset, table and picture follow from the declaration of the fields."""
 
 from __future__ import annotations
 
@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibroimpact import _kernel
+from vibroimpact._core.lazy import pd, xr
 from vibroimpact._core.types import Complexes
 
 if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
     from matplotlib.axes import Axes
 
 DIMS, ROWS, MERGED, ATTRS = "dims", "rows", "merged", "attrs"
@@ -72,8 +71,6 @@ class Result:
 
     def to_dataset(self) -> xr.Dataset:
         """Convert to an xarray dataset, whose attributes describe system and result."""
-        import xarray as xr
-
         variables, attrs = _declared(self)
         return xr.Dataset(variables, attrs=attrs | {"version": _kernel.version()})
 
@@ -155,8 +152,6 @@ def dataframe_of(data: xr.Dataset) -> pd.DataFrame:
     Further dims of a variable become columns, position_0, position_1; variables along others are left out. Without
     arrays it has one row, of the attributes.
     """
-    import pandas as pd
-
     held = [variable for variable in data.data_vars.values() if variable.ndim]
     if not held:
         return pd.DataFrame([data.attrs])

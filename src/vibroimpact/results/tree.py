@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 
 PACKAGE = "vibroimpact"
 Array = NDArray[Any]
@@ -40,7 +41,7 @@ class Tree(NamedTuple):
 
 
 def tree_of(result: Any, named: Mapping[str, Array]) -> Tree:
-    """Write down an object with all that it holds; no text of what is none of the package's.
+    """Write down an object with all that it holds; the text is empty for an object of another package.
 
     Arrays that are in ``named`` already are referred to by their names.
     """
@@ -79,7 +80,7 @@ def _place(kind: Any) -> str | None:
 
 
 def _at(place: str) -> Any:
-    """Class or function of a name; nothing but what :func:`_place` names."""
+    """Class or function of a name that :func:`_place` gave; others are refused."""
     module, _, name = place.rpartition(":")
     ours = f"{module}.".startswith(f"{PACKAGE}.")
     found = getattr(import_module(module), name, None) if ours else None
@@ -219,8 +220,6 @@ class _Reader:
 
     def _object(self, tree: dict[str, Any]) -> Any:
         if "dataset" in tree:
-            import xarray as xr
-
             return xr.Dataset.from_dict(self.read(tree["dataset"]))
         if "function" in tree:
             return _at(tree["function"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,9 +28,6 @@ from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.phases import phases_at
 from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.simulate import RunEnd, Status, flights_at, rounded_times
-
-if TYPE_CHECKING:
-    pass
 
 KEPT = (
     "high",
@@ -310,7 +307,7 @@ class _Raw:
     def _stops(
         self, k: int, count: int, whole: dict[str, Any], modes: Codes, y: Floats, span: Floats
     ) -> str:
-        """Why the motion cannot go on from an event, or nothing."""
+        """Reason why the motion cannot go on from an event; "" where it can."""
         given, watch = self.given, int(whole["contact"][k])
         if watch >= 0 and whole["status"][k] == Status.CHANGE and given.watches[watch].unclear:
             return given.watches[watch].unclear

@@ -188,7 +188,7 @@ def _estimate(growth: Floats, duration: Floats, block: int, end: RunEnd) -> Lyap
 
 
 def no_exponent(end: RunEnd) -> LyapunovEstimate:
-    """No estimate, with the reason."""
+    """Return an estimate of NaN, with the reason."""
     return LyapunovEstimate(math.nan, math.nan, math.nan, np.empty(0), np.empty(0), end)
 
 

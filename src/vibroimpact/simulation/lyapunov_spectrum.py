@@ -364,7 +364,7 @@ def _of_states(found: LyapunovSpectrum, m: Mechanism, wanted: int) -> LyapunovSp
 
 
 def _forgotten(count: int, end: RunEnd) -> LyapunovSpectrum:
-    """All exponents -inf: the motion does not depend on its start."""
+    """Return exponents of -inf: the motion does not depend on its start."""
     gone, none = np.full(count, -math.inf), np.empty(0)
     return LyapunovSpectrum(
         gone, np.zeros(count), gone, math.nan, math.nan, np.empty((0, count)), none, none, 0.0, end,
@@ -373,7 +373,7 @@ def _forgotten(count: int, end: RunEnd) -> LyapunovSpectrum:
 
 
 def _without(count: int, end: RunEnd, reason: str) -> LyapunovSpectrum:
-    """No exponents: nan, with the reason."""
+    """Return exponents of NaN, with the reason."""
     nothing = np.full(count, math.nan)
     return LyapunovSpectrum(
         nothing, nothing, nothing, math.nan, math.nan, np.empty((0, count)), np.empty(0),

@@ -18,7 +18,7 @@ from vibroimpact.model.system import System, mechanism_of
 
 @dataclass(frozen=True)
 class AtStop:
-    """Just after the impacts at one stop; completed chatter is one of them, at rest on the stop.
+    """Place just after the impacts at one stop; completed chatter is one of them, at rest on the stop.
 
     Parameters
     ----------
@@ -32,13 +32,13 @@ class AtStop:
     contact: int = 0
 
     def words(self, _: Mechanism) -> str:
-        """The place in words."""
+        """Text of the place: "at stop A of contact 0"."""
         return f"at stop {self.stop} of contact {self.contact}"
 
 
 @dataclass(frozen=True)
 class AtPhase:
-    """Once per forcing period, with impacts or without; after an event at that time.
+    """Place at one phase of the force, with impacts or without; after an event at that time.
 
     Parameters
     ----------
@@ -49,13 +49,13 @@ class AtPhase:
     phase: float = 0.0
 
     def words(self, _: Mechanism) -> str:
-        """The place in words."""
+        """Text of the place: "at phase 0 of the force"."""
         return f"at phase {self.phase:.6g} of the force"
 
 
 @dataclass(frozen=True)
 class AtChange:
-    """Just after an element has changed its state, as friction that begins to stick.
+    """Place just after an element has changed its state, as friction that begins to stick.
 
     What makes it change, its own guard or an impact elsewhere, does not matter.
 
@@ -74,7 +74,7 @@ class AtChange:
     takes: IntEnum | str | None = None
 
     def words(self, mechanism: Mechanism) -> str:
-        """The place in words."""
+        """Text of the place: "where soft stop 1 changes"."""
         label, takes = element_labels(mechanism)[self.element], self.takes
         state = takes.name if isinstance(takes, IntEnum) else takes
         return f"where {label} changes" if state is None else f"where {label} takes {state}"

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.state import State
@@ -33,10 +34,6 @@ from vibroimpact.simulation.simulate import (
     states_of_modes,
 )
 from vibroimpact.simulation.simulator import CHUNK_EVENTS, Impacts, Simulator, joined
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 # Beyond this many events per requested section point, on average, the place counts as not reached:
 # chatter on one stop gives some 50 impacts per visit before it is summed.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,7 +21,9 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected
+from vibroimpact._core.reason import Reason
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
@@ -36,9 +38,6 @@ from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result, along
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
@@ -73,53 +72,39 @@ class Status(IntEnum):
 COUNTED = (Status.IMPACT, Status.SIMULTANEOUS, Status.CHATTER, Status.ENGAGE)  # as impacts
 
 
-class RunEnd(IntEnum):
+class RunEnd(Reason):
     """Reason for the end of a run."""
 
-    IMPACTS = 0
-    HORIZON = 1
-    SILENT = 2
-    UNDECIDED = 3
-    STALLED = 4
-    MISSING = 5
-    EVENTS = 6
-    OBSERVER = 7
-    INTERRUPTED = 8
-    DIVERGED = 9
-    STEPS = 10
-    POINTS = 11
-    QUIET = 12
-    SLIDING = 13
-
-    @property
-    def sentence(self) -> str:
-        """The reason in words."""
-        return _SENTENCES[self]
+    IMPACTS = 0, "the requested number of impacts was reached"
+    HORIZON = 1, "t_max was reached"
+    SILENT = 2, "no contact, and no change of an element, will come any more: this is proved"
+    UNDECIDED = 3, "the next event could not be decided at double precision"
+    STALLED = 4, "time does not advance: more than 4096 events at one instant"
+    MISSING = (
+        5,
+        "a set of closed contacts, and of friction that sticks, could not be compiled: they "
+        "depend on each other, or the forcing meets an undamped resonance of it",
+    )
+    EVENTS = 6, "the record is full: mostly events that are no impacts, or all of the memory"
+    OBSERVER = 7, "the tangent vector vanished: a motion at rest does not depend on its start"
+    INTERRUPTED = 8, "it was interrupted"
+    DIVERGED = (
+        9,
+        "the motion diverged: beyond 2^256 of the machine's size, or a clearance lost in rounding",
+    )
+    STEPS = 10, "one flight took more than 2^22 steps of the search"
+    POINTS = 11, "the requested number of points was reached"
+    QUIET = (
+        12,
+        "no contact in a long flight, and neither that one will come nor that none will could be "
+        "proved: the motion may have stopped impacting; t_max takes it further",
+    )
+    SLIDING = 13, "a hybrid system slides on a guard, and its modes do not say how"
 
 
 # A motion that ends so goes on: the record was full, perhaps of events of friction without an impact.
 GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)
 ENDS_QUIETLY = (RunEnd.SILENT, RunEnd.QUIET)  # a motion ends so only without t_max
-
-_SENTENCES = {
-    RunEnd.IMPACTS: "the requested number of impacts was reached",
-    RunEnd.HORIZON: "t_max was reached",
-    RunEnd.SILENT: "no contact, and no change of an element, will come any more: this is proved",
-    RunEnd.QUIET: "no contact in a long flight, and neither that one will come nor that none will "
-    "could be proved: the motion may have stopped impacting; t_max takes it further",
-    RunEnd.UNDECIDED: "the next event could not be decided at double precision",
-    RunEnd.STALLED: "time does not advance: more than 4096 events at one instant",
-    RunEnd.MISSING: "a set of closed contacts, and of friction that sticks, could not be compiled: "
-    "they depend on each other, or the forcing meets an undamped resonance of it",
-    RunEnd.EVENTS: "the record is full: mostly events that are no impacts, or all of the memory",
-    RunEnd.INTERRUPTED: "it was interrupted",
-    RunEnd.DIVERGED: "the motion diverged: beyond 2^256 of the machine's size, or a clearance lost in "
-    "rounding",
-    RunEnd.SLIDING: "a hybrid system slides on a guard, and its modes do not say how",
-    RunEnd.POINTS: "the requested number of points was reached",
-    RunEnd.STEPS: "one flight took more than 2^22 steps of the search",
-    RunEnd.OBSERVER: "the tangent vector vanished: a motion at rest does not depend on its start",
-}
 
 
 @dataclass(frozen=True)

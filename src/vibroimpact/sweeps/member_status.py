@@ -2,36 +2,24 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
-
+from vibroimpact._core.reason import Reason
 from vibroimpact.simulation.simulate import RunEnd
 
 NOT_COMPUTED = -1  # value of ``end`` of a member whose tile is not in the store yet
 
 
-class MemberStatus(IntEnum):
-    """Reason for the end of a member's run; ``sentence`` gives it in words."""
+class MemberStatus(Reason):
+    """Reason for the end of a member's run, with a ``sentence``."""
 
-    OK = 0
-    MAX_IMPACTS = 1
-    UNDECIDED = 2
-    STALLED = 3
-    MISSING = 4
-    INITIAL_PENETRATION = 5
-    INTERRUPTED = 6
-    DIVERGED = 8
-    STEPS = 9
-
-    @property
-    def sentence(self) -> str:
-        """The reason in words."""
-        return _SENTENCES[self]
-
-
-_SENTENCES = {
-    MemberStatus.OK: "the end of the window was reached",
-    MemberStatus.MAX_IMPACTS: "most_impacts was reached, or four times as many events, before the window ended",
-    MemberStatus.MISSING: "a set of closed contacts could not be compiled",
-    MemberStatus.INITIAL_PENETRATION: "the start lies behind a stop",
-}
-_SENTENCES |= {end: RunEnd[end.name].sentence for end in MemberStatus if end not in _SENTENCES}
+    OK = 0, "the end of the window was reached"
+    MAX_IMPACTS = (
+        1,
+        "most_impacts was reached, or four times as many events, before the window ended",
+    )
+    UNDECIDED = 2, RunEnd.UNDECIDED.sentence
+    STALLED = 3, RunEnd.STALLED.sentence
+    MISSING = 4, "a set of closed contacts could not be compiled"
+    INITIAL_PENETRATION = 5, "the start lies behind a stop"
+    INTERRUPTED = 6, RunEnd.INTERRUPTED.sentence
+    DIVERGED = 8, RunEnd.DIVERGED.sentence
+    STEPS = 9, RunEnd.STEPS.sentence

@@ -20,44 +20,25 @@ Place = tuple[slice, ...]
 
 
 class Window(NamedTuple):
-    """Length of a member's run.
+    """Length of a member's run."""
 
-    Attributes
-    ----------
-    settle_periods, periods
-        Forcing periods before, and while, it is observed; units of time without forcing.
-    most_impacts
-        Impacts at all stops after which it ends.
-    """
-
+    # forcing periods before, and while, it is observed; units of time without forcing
     settle_periods: float
     periods: float
-    most_impacts: int
+    most_impacts: int  # impacts at all stops after which it ends
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """All members of a sweep.
+    """All members of a sweep."""
 
-    Attributes
-    ----------
-    system
-        The system, with its swept parameters at the first values.
-    axes
-        Values by name of a parameter.
-    starts
-        Starts, the same ones at every value of the parameters.
-    observers, window
-        Observers, and the length of the runs.
-    follow
-        Name of the axis along which motions are followed, with a minus sign downwards; or None.
-    """
-
-    system: System
-    axes: dict[str, Floats]
-    starts: Starts
+    system: System  # the system, with its swept parameters at the first values
+    axes: dict[str, Floats]  # values by name of a parameter
+    starts: Starts  # starts, the same ones at every value of the parameters
+    # observers, and the length of the runs
     observers: tuple[Observer, ...]
     window: Window
+    # name of the axis along which motions are followed, with a minus sign downwards; or None
     follow: str | None = None
 
     @property

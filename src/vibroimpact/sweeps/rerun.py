@@ -22,11 +22,10 @@ from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability, plane
-from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.options import LOST
-from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
+from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
 

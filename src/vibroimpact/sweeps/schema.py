@@ -27,24 +27,13 @@ STATE_NAMES = {"x": "position of coordinate", "v": "velocity of coordinate"}
 
 
 class Schema(NamedTuple):
-    """Dataset of a sweep without its results.
+    """Dataset of a sweep without its results."""
 
-    Attributes
-    ----------
-    grid
-        Names and sizes of the dimensions of the grid.
-    variables
-        By name: dimensions and sizes beyond those of the grid, type, fill value, attributes.
-    coords
-        By name: (dimensions, values, attributes).
-    attrs
-        Attributes from which the sweep can be repeated.
-    """
-
-    grid: dict[str, int]
+    grid: dict[str, int]  # names and sizes of the dimensions of the grid
+    # by name: dimensions and sizes beyond those of the grid, type, fill value, attributes
     variables: dict[str, Variable]
-    coords: dict[str, Coordinate]
-    attrs: dict[str, Any]
+    coords: dict[str, Coordinate]  # by name: (dimensions, values, attributes)
+    attrs: dict[str, Any]  # attributes from which the sweep can be repeated
 
     @property
     def member_bytes(self) -> int:

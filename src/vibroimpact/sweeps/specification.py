@@ -21,19 +21,12 @@ SPECIFICATION_ATTRIBUTE = "question"  # datasets and stores hold the text of the
 
 @dataclass(frozen=True)
 class SweepSpec:
-    """Everything that determines the results of a sweep.
+    """Everything that determines the results of a sweep."""
 
-    Attributes
-    ----------
-    text
-        JSON: parameters of the system, its mechanism at the first and the last values of the
-        swept ones, names of the axes, starts, window, observers, version of the kernel.
-    axes
-        Values of the swept parameters and of the starts.
-    """
-
+    # JSON: parameters of the system, its mechanism at the first and the last values of the swept ones, names of the
+    # axes, starts, window, observers, version of the kernel
     text: str
-    axes: tuple[tuple[str, Values], ...]
+    axes: tuple[tuple[str, Values], ...]  # values of the swept parameters and of the starts
 
     def differences(self, other: SweepSpec) -> list[str]:
         """Differences from another specification, one phrase each: ``name: this, not that``."""

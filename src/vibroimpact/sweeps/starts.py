@@ -6,10 +6,11 @@ that of the first forcing line. Coordinates that are not varied have the value o
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import asdict, dataclass, field
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,17 +22,45 @@ from vibroimpact._core.checks import (
     check_memory,
     ends_of,
     names_arguments,
+    numbers,
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State, names_of_state
 from vibroimpact.sweeps.axes import axis_of
-from vibroimpact.sweeps.listed_starts import ListedStarts
-from vibroimpact.sweeps.states import States, varied
 
 # Random numbers in [0, 1) are the upper 53 of 64 random bits, so far apart.
 RANDOM_SPACING = 2.0**-53
+
+
+class States(NamedTuple):
+    """Array of states: position and velocity (k, n), phase (k,)."""
+
+    position: Floats
+    velocity: Floats
+    phase: Floats
+
+    def of(self, rows: Any) -> States:
+        """Selected states, by rows, flags or a slice."""
+        return States(*(part[rows] for part in self))
+
+    def state(self, row: int) -> State:
+        """State in one row."""
+        position, velocity, phase = (part[row] for part in self)
+        return State(tuple(position), tuple(velocity), float(phase))
+
+
+def varied(base: State, drawn: Mapping[str, Floats], count: int) -> States:
+    """``count`` copies of a state with some coordinates replaced."""
+    row = np.array([*base.position, *base.velocity, base.phase])
+    rows = np.tile(row, (count, 1))
+    n = len(base.position)
+    places = {name: i for i, name in enumerate(names_of_state(n))}
+    for name, values in drawn.items():
+        rows[:, places[name]] = values
+    parts = rows[:, :n], rows[:, n : 2 * n], rows[:, -1]
+    return States(*(np.ascontiguousarray(part) for part in parts))
 
 
 class Starts(Protocol):
@@ -107,7 +136,7 @@ class OneStart:
 
     def describe(self) -> dict[str, Any]:
         """Numbers of the state."""
-        return {"kind": "one", "base": _plain(self.base)}
+        return {"kind": "one", "base": asdict(self.base)}
 
 
 @names_arguments()
@@ -193,7 +222,7 @@ class RandomStarts:
             "skip": int(self.skip),
             "starts": int(self.starts),
             "bounds": ranges,
-            "base": _plain(self.base),
+            "base": asdict(self.base),
         }
 
     def _drawn(self) -> dict[str, Floats]:
@@ -275,7 +304,84 @@ class GridStarts:
 
     def describe(self) -> dict[str, Any]:
         """Names and base."""
-        return {"kind": "grid", "over": list(self.over), "base": _plain(self.base)}
+        return {"kind": "grid", "over": list(self.over), "base": asdict(self.base)}
+
+
+@dataclass(frozen=True, eq=False)
+class ListedStarts:
+    """List of starts, such as the final states of the members of another sweep.
+
+    Parameters
+    ----------
+    position, velocity
+        Coordinates and their rates, shape (k, n).
+    phase
+        Phase of the first forcing line [rad], shape (k,); 0 if not given. With several lines whole
+        turns count, as for :class:`~vibroimpact.State`: 2 pi need not be a period of the others.
+
+    Raises
+    ------
+    InvalidParameterError
+        Other shapes, no starts, values that are not finite.
+
+    Notes
+    -----
+    One dimension, start. A start behind a stop is not moved: the member ends with the status
+    INITIAL_PENETRATION.
+
+    Examples
+    --------
+    >>> import vibroimpact as vi
+    >>> starts = vi.ListedStarts([[0.0, 0.0], [0.1, 0.2]], [[0.0, 1.0], [0.0, 0.5]])
+    >>> starts.dims
+    {'start': 2}
+    """
+
+    position: ArrayLike
+    velocity: ArrayLike
+    phase: ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        position = _finite("position", self.position)
+        if position.ndim != 2 or not position.size:
+            raise InvalidParameterError(
+                f"position has shape {position.shape}; expected (k, n), k starts of n coordinates."
+            )
+        phase = np.zeros(len(position)) if self.phase is None else self.phase
+        object.__setattr__(self, "position", position)
+        object.__setattr__(self, "velocity", _finite("velocity", self.velocity, position.shape))
+        object.__setattr__(self, "phase", _finite("phase", phase, position.shape[:1]))
+
+    @property
+    def base(self) -> State:
+        """The first start."""
+        return self.states().state(0)
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """One dimension: start."""
+        return {"start": len(self.states().phase)}
+
+    @property
+    def coords(self) -> dict[str, tuple[str, Floats]]:
+        """All coordinates, by name."""
+        position, velocity, phase = self.states()
+        names = names_of_state(position.shape[1])
+        columns = (*position.T, *velocity.T, phase)
+        return {name: ("start", values) for name, values in zip(names, columns, strict=True)}
+
+    def block(self, place: tuple[slice, ...]) -> ListedStarts:
+        """Starts of a range of numbers."""
+        return ListedStarts(*self.states().of(place[0]))
+
+    def states(self) -> States:
+        """States of all starts."""
+        return States(*map(np.asarray, (self.position, self.velocity, self.phase)))
+
+    def describe(self) -> dict[str, Any]:
+        """Number of starts and a digest of their values."""
+        digest = hashlib.sha256(b"".join(part.tobytes() for part in self.states()))
+        return {"kind": "listed", "count": self.dims["start"], "sha256": digest.hexdigest()}
 
 
 Many = RandomStarts | GridStarts | ListedStarts
@@ -294,9 +400,9 @@ def _in_order(argument: str, by_name: Any, base: Any) -> list[str]:
     return [name for name in known if name in by_name]
 
 
-def _plain(state: State) -> dict[str, Any]:
-    return {
-        "position": list(state.position),
-        "velocity": list(state.velocity),
-        "phase": state.phase,
-    }
+def _finite(name: str, values: ArrayLike, shape: tuple[int, ...] | None = None) -> Floats:
+    """Copy of an array of finite numbers."""
+    copy = np.ascontiguousarray(numbers(name, values, "an array of numbers"))
+    if shape not in (None, copy.shape):
+        raise InvalidParameterError(f"{name} has shape {copy.shape}; expected {shape}.")
+    return copy

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact._core.labels import counted, labelled
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.kinds import NS, PD, SN
 from vibroimpact.branches.point import BifurcationPoint
@@ -15,9 +15,6 @@ from vibroimpact.continuation.curve import End
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.results.result import Result, rows
 from vibroimpact.tori.circle import Circle
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def _of_circles(kind: PointKind, meaning: str) -> PointKind:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.prescribed import GAP_WATCH
 from vibroimpact.model.state import State
@@ -41,9 +42,6 @@ from vibroimpact.tori.normal import (
     normal_stability,
 )
 from vibroimpact.tori.solve import FOUND, Trial, matrix_of, radius
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FEWEST_PHASES = 129  # gaps are taken at so many phases at least
 MOST_ZOOMS = 8  # the least gap is zoomed in so often, each time by a factor of four

@@ -192,7 +192,7 @@ def oriented(circle: Circle) -> Circle:
 
 
 def _missing(system: System | ExplicitMap, started: Started) -> Circle:
-    """No circle, with the reason."""
+    """Return a circle that is not converged, with the reason."""
     if isinstance(system, ExplicitMap):
         nowhere: CircleMap = FormulaMap(system)
         d, m = system.dimension, 0

@@ -61,7 +61,7 @@ class Started(NamedTuple):
 
 
 def nothing(status: str, signature: Signature | None = None) -> Started:
-    """No guess, with the reason."""
+    """Return no guess, with the reason."""
     return Started(None, signature, None, status)
 
 

@@ -62,7 +62,7 @@ class ForceRecord(Result):
     values
         Forces or accelerations at these times, shape (k,).
     row
-        Where it acts. A force: "x1" or a sum such as "x2 - x1" (a force between two masses), or
+        Row on which it acts. A force: "x1" or a sum such as "x2 - x1" (a force between two masses), or
         what it adds to the force on each coordinate, shape (n,); "x1" where left out. The
         acceleration of a base: how far each coordinate is carried along by the base, shape (n,) or
         a sum; each by 1 where left out.
@@ -152,7 +152,7 @@ class ForceRecord(Result):
             What values and times are multiplied by: 9.80665 for accelerations in g, 0.001 for times
             in milliseconds.
         row, kind
-            As of the class.
+            As for the class.
 
         Raises
         ------

@@ -18,12 +18,12 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_kind, positive, real, refusal, share, shown
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.energy import Energies, energies_of
@@ -39,9 +39,6 @@ from vibroimpact.orbits.stability import NEUTRAL_DISTANCE
 from vibroimpact.results.result import Result
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 from vibroimpact.transients.driven import linear, unforced
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 NAME = re.compile(r"([xv])([1-9]\d*)")
 MANY_IMPACTS = 2**40
@@ -65,7 +62,7 @@ class FreeDecay(Result):
     system
         The machine.
     row
-        What decays, such as "x1".
+        Row that decays, such as "x1".
     to
         Part of :attr:`reference` below which it has to stay.
     rest
@@ -85,7 +82,7 @@ class FreeDecay(Result):
 
     @property
     def end(self) -> RunEnd:
-        """Why the simulation ended: HORIZON at ``t_max``."""
+        """Reason why the simulation ended: HORIZON at ``t_max``."""
         return self.run.end
 
     @property
@@ -177,8 +174,6 @@ class FreeDecay(Result):
         points
             Number of samples of the histories.
         """
-        import xarray as xr
-
         t, with_impacts, without = self.histories(points)
         energies, m = self.energies, mechanism_of(self.run.system)
         hit = self.run.impacts
@@ -231,7 +226,7 @@ def free_decay(
     start
         A state; or coordinates and velocities by name, the others zero, ``{"v1": 0.5}``.
     row
-        What has to decay: "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
+        Row that has to decay: "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
     to
         Part of the largest value without impacts, in (0, 1).
     rest

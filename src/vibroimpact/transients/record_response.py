@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_flag, check_kind, nonnegative, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
 from vibroimpact.machines.units import units_of
@@ -33,13 +33,9 @@ from vibroimpact.model.mechanism import Mechanism, accelerations, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result
-from vibroimpact.simulation.driven_run import Lines, simulate_driven
 from vibroimpact.simulation.simulate import Run, RunEnd, Status, latest
-from vibroimpact.transients.driven import driven, unforced
+from vibroimpact.transients.driven import Lines, driven, simulate_driven, unforced
 from vibroimpact.transients.force_record import ForceRecord
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RECORD_ROOM = 1  # a coordinate of its own
 
@@ -79,7 +75,7 @@ class RecordResponse(Result):
 
     @property
     def end(self) -> RunEnd:
-        """Why the simulation ended."""
+        """Reason why the simulation ended."""
         return self.run.end
 
     @property
@@ -246,8 +242,6 @@ class RecordResponse(Result):
         t
             Times of the histories; those of the record where left out.
         """
-        import xarray as xr
-
         last = float(self._clock(np.array(self.duration)))
         if t is None:
             known = self.record.time[self.record.time <= latest(last)]
@@ -305,7 +299,7 @@ def simulate_record(
         State at the first sample; by default at rest with all
         coordinates zero.
     after
-        How long to go on after the last sample, without force.
+        Time to go on after the last sample, without force.
     own_forces
         Whether the harmonic forces and phase switches of the machine act, too. Stops and belts
         move in any case.

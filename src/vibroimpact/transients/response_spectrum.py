@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -34,6 +34,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact.model.elements.rigid_stop import RigidStop
@@ -41,9 +42,6 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.results.result import Result, along
 from vibroimpact.transients.force_record import ForceRecord, Pieces
 from vibroimpact.transients.record_response import RecordResponse, simulate_record
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Unit = Literal["rad/s", "Hz"]
 TURN = {"rad/s": 1.0, "Hz": 2.0 * math.pi}
@@ -155,7 +153,7 @@ def response_spectrum(
         Distance from rest up to a stop and down to another one, >= 0; without stops infinite. The
         lower one is the same where left out.
     restitution
-        Of the stops, in [0, 1].
+        Restitution of the stops, in [0, 1].
     progress
         True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
         every oscillator that is simulated, with stops.

@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import ORDERS, units_of
@@ -37,9 +38,6 @@ from vibroimpact.sweeps.observers.extremes import Extremes
 from vibroimpact.sweeps.observers.impacts import Impacts
 from vibroimpact.sweeps.observers.rms import Rms
 from vibroimpact.sweeps.options import Observe, together
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 Spacing = Literal["linear", "log"]
 QUANTITIES = ("peak", "amplitude", "rms", "mean", "impacts")
@@ -59,7 +57,7 @@ class SineSweep(Result):
     band
         The parameter, its range and unit.
     row
-        What was observed, such as "x1".
+        Row that was observed, such as "x1".
     periods_per_step
         Forcing periods of a step.
     members
@@ -142,8 +140,6 @@ class SineSweep(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """All quantities as an xarray dataset, with the time at which each step begins."""
-        import xarray as xr
-
         lasting = self.members["time"]
         order = {"up": slice(None), "down": slice(None, None, -1)}
         begin = np.array(
@@ -196,7 +192,7 @@ def sine_sweep(
     bounds
         (low, high), low < high.
     row
-        What is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
+        Row that is observed: a coordinate "x1", a sum such as "x2 - x1", or coefficients.
     unit
         "Hz" for a band in hertz of a frequency in radians per second; by default that of the parameter.
     points
@@ -306,7 +302,7 @@ def _values(
 
 
 def _lasting(system: System, parameter: str, periods: int) -> Callable[[float], float]:
-    """How long a step lasts, by the value of the parameter."""
+    """Duration of a step, by the value of the parameter."""
     if is_frequency(system, parameter):
         return lambda value: periods * 2.0 * math.pi / value
     return lambda value: (

@@ -1,4 +1,4 @@
-// Where a flight first meets a stop, proved without marching: a grid of future times at once.
+// First stop that a flight meets, proved without marching: a grid of future times at once.
 //
 // Method      u at each time of a grid of the flow is one row times the state, so all of them are
 //             known after one product. With D_k = u_{k+1} - 2 u_k + u_{k-1}, over the interval from
@@ -47,7 +47,7 @@ VI_HOT R swing(const G& g, const Flow& flow, const vec<R, D>& y, int j) {
     return fma(root_of_two_less_one, min(a, b), max(a, b));
 }
 
-// Of u and what it is bounded with.
+// Size of the terms of u, with which it is bounded.
 template <class R, class G, class Flow, int D>
 VI_HOT R terms_of(const G& g, const Flow& flow, const vec<R, D>& y) {
     R terms = g.least_terms;
@@ -58,7 +58,7 @@ VI_HOT R terms_of(const G& g, const Flow& flow, const vec<R, D>& y) {
     return terms;
 }
 
-// M of all that follows.
+// Bound M of (1) for the rest of the flight.
 template <class R, class G, class Flow, int D>
 VI_HOT R fourth_of(const G& g, const Flow& flow, const vec<R, D>& y) {
     R fourth = g.least_fourth;
@@ -121,7 +121,7 @@ struct interval {
     }
 };
 
-// How far (2) have to keep from the limits, e/4 and the margin, and u at the times of a grid.
+// Distances that (2) have to keep from the limits, e/4 and the margin, and u at the times of a grid.
 template <class R>
 struct distances {
     R slack, margin;
@@ -201,7 +201,7 @@ struct cubic {
     }
 };
 
-// Its inner points.
+// Inner Bezier points of the cubic.
 template <class R>
 struct inner_points {
     R low, high;
@@ -212,7 +212,7 @@ struct inner_points {
     }
 };
 
-// Where in (0, 1) a cubic, as Everett writes it, is so far above its value at 0:
+// Place in (0, 1) where a cubic, as Everett writes it, is so far above its value at 0:
 // x = ahead / rise + x (1 - x) bend(x), bend(x) = b0 + b1 x, to third order in bend.
 template <class R>
 VI_HOT R crossing_point(const R& ahead, const cubic<R>& u) {
@@ -223,7 +223,7 @@ VI_HOT R crossing_point(const R& ahead, const cubic<R>& u) {
     return fma(width * bend, fma(slope, slope, 1.0 + slope), x);
 }
 
-// Where it is back at its value at 0: two Newton steps on 6 (its change) / x = c + b x + a x^2.
+// Place where it is back at its value at 0: two Newton steps on 6 (its change) / x = c + b x + a x^2.
 template <class R>
 VI_RARE R point_of_return(const cubic<R>& u) {
     const R c = u.start, b = 3.0 * u.bend0, a = u.bend1 - u.bend0;
@@ -238,7 +238,7 @@ VI_RARE R point_of_return(const cubic<R>& u) {
 // grid of lively motions are as short as this: returns are not landed on in their first one.
 inline constexpr double soonest_return = longest_bounce * parts_of_step;
 
-// What a contact does in the interval that is not clear by its corners: it crosses by (3), perhaps back
+// Verdict on a contact in the interval that is not clear by its corners: it crosses by (3), perhaps back
 // onto the stop that it leaves, or is clear by the inner points.
 template <class R>
 struct meeting {
@@ -301,7 +301,7 @@ VI_HOT meeting<R> meet_first(const Guards& guards, const Flow& flow,
     return out;
 }
 
-// The same where exactly one may cross.
+// Meeting where exactly one gap may cross.
 template <class R, class Guards, class Flow, int K>
 VI_HOT meeting<R> meet_alone(const Guards& guards, const Flow& flow,
                              const vec<open_interval<R>, K>& all, scan_result<R>& s) {

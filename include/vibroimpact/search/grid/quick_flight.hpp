@@ -84,7 +84,7 @@ VI_RARE void improve_guess(const Mode& m, const vec<T, D>& y, scan_result<R>& hi
     }
 }
 
-// What is left when the state has gone by s.
+// Distance that is left when the state has gone by s.
 template <class R>
 struct prediction {
     R left, scale; // scale: 1 / u'
@@ -203,7 +203,7 @@ public:
     quick_round(const quick_round&) = delete; // of another's mode and flight
     quick_round& operator=(const quick_round&) = delete;
 
-    // Which lanes fly as recalled, and which by a scan along the wide grid.
+    // Decides which lanes fly as recalled, and which by a scan along the wide grid.
     VI_HOT void begin(const mask_t<T>& able) {
         scans_ = true;
         repeats_ = false;
@@ -267,7 +267,7 @@ public:
         return recalled_ & !end.landed;
     }
 
-    // Without any lane.
+    // Leaves all lanes out.
     VI_HOT void rest() { scans_ = repeats_ = false; }
     // The mode that lanes are in, where it is another from round to round.
     VI_HOT void use(const Mode& m) { m_ = &m; }
@@ -367,7 +367,7 @@ VI_HOT mask_t<R> may_go_on(const Flow& flow, const R& flown, const R& horizon) {
     return flown + flow.scan_length <= min(horizon, R(longest_flight * flow.step));
 }
 
-// How a flight goes on in rounds, and how many applications of a propagator these are worth.
+// Rounds of a flight, and how many applications of a propagator they are worth.
 template <class T>
 struct quick_leg {
     quick_landing<T> end;

@@ -25,7 +25,7 @@ namespace vi {
 // Durations that differ by so little, in steps, are alike: the next one is expected there, too.
 inline constexpr double alike_within = 0x1p-20;
 
-// What leads to the end of a flight, and the stop that it ends on.
+// Way to the end of a flight, and the stop that it ends on.
 template <class Flow>
 struct known_end {
     using R = typename Flow::real;
@@ -35,7 +35,7 @@ struct known_end {
     mask_t<R> ready;
 };
 
-// Of a run, or of those in the lanes of a pack: what is known of every other flight. Nothing of flows
+// Memory of a run, or of those in the lanes of a pack: what is known of every other flight. Nothing of flows
 // without blocks, whose propagators are large.
 template <class Flow, bool Remembers = is_modal<Flow>>
 struct flight_memory {
@@ -63,7 +63,7 @@ public:
     VI_HOT bool knows_any() const { return knows_any_; }
     VI_HOT mask_t<R> ready() const { return (odd_.ready & at_odd_) | (even_.ready & !at_odd_); }
 
-    // Of the flight whose turn it is.
+    // Memory of the flight whose turn it is.
     VI_HOT R time() const { return now(even_.time, odd_.time); }
     VI_HOT detail::stop_hit<R> stop(const Flow& flow) const {
         auto out = even_.stop;
@@ -137,7 +137,7 @@ struct flight_point {
     R u, slope, bend;
 };
 
-// Where it begins: on a stop that a contact leaves at a known rate.
+// Beginning of a flight: on a stop that a contact leaves at a known rate.
 template <class R, class G, class Flow, int D>
 VI_HOT flight_point<R> departure(const G& g, const Flow& flow, const vec<R, D>& y, const R& side,
                                  const R& rate) {
@@ -150,7 +150,7 @@ VI_HOT flight_point<R> departure(const G& g, const Flow& flow, const vec<R, D>& 
     return {u, slope, guard_bend(g, y, flow)};
 }
 
-// Where it ends, y, for a contact that does not hit; `hit` is what is known of the one that does.
+// End of a flight, y, for a contact that does not hit; `hit` is what is known of the one that does.
 template <class R, class G, class Flow, int D>
 VI_HOT flight_point<R> arrival(const G& g, const Flow& flow, const vec<R, D>& y,
                                const flight_point<R>& hit, const mask_t<R>& hits) {

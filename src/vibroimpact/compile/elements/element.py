@@ -1,4 +1,4 @@
-"""What an element must give to be compiled: rows on the state of a mechanism."""
+"""Rows of an element on the state of a mechanism, from which it is compiled."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ class StateRows:
         self.size = 2 * (degrees + len(omegas))
 
     def constant(self, value: float = 0.0) -> Vector:
-        """A number."""
+        """Return the row of a constant."""
         return [*[0.0] * self.size, value]
 
     def position(self, row: Sequence[float]) -> Vector:
-        """Row . x."""
+        """Return ``row . x``."""
         out = self.constant()
         for i, x in enumerate(row):
             out[2 * i] = x
         return out
 
     def velocity(self, row: Sequence[float]) -> Vector:
-        """Row . v."""
+        """Return ``row . v``."""
         out = self.constant()
         for i, x in enumerate(row):
             out[2 * i + 1] = x * self.scale
@@ -97,13 +97,13 @@ class ElementRows(Generic[Kind]):
 
     @cached_property
     def gap(self) -> Vector:
-        """Row . x, relative to what moves."""
+        """Gap coordinate ``row . x``, relative to what moves."""
         e, rows = self.element, self.rows
         return plus(rows.position(e.row), rows.waves(rows.motion(e.motion)), -1.0)
 
     @cached_property
     def speed(self) -> Vector:
-        """Row . v, relative to what moves: the speed at which its force works."""
+        """Speed ``row . v``, relative to what moves: the force works at it."""
         e, rows = self.element, self.rows
         out = plus(rows.velocity(e.row), rows.waves(rows.motion(e.motion, 1)), -1.0)
         out[-1] = out[-1] - e.grip.speed
@@ -111,7 +111,7 @@ class ElementRows(Generic[Kind]):
 
     @cached_property
     def held_speed(self) -> Vector:
-        """Row . v while it is held, as a row on (w, 1)."""
+        """Speed ``row . v`` of an element that is held, as a row on (w, 1)."""
         speed = self.rows.motion(self.element.motion, 1)
         speed[-1] = self.element.grip.speed
         return speed

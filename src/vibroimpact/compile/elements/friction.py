@@ -11,7 +11,7 @@ class FrictionRows(ElementRows[Friction]):
     """A friction."""
 
     def _load(self) -> Vector:
-        """Row of the normal load; 1 where it is in the levels."""
+        """Row of the normal load; the constant 1 where the levels hold it."""
         load, rows = self.element.load, self.rows
         if load is None:
             return rows.constant(1.0)
@@ -22,7 +22,7 @@ class FrictionRows(ElementRows[Friction]):
         return out
 
     def force(self, state: int) -> tuple[Vector, int] | None:
-        """The kinetic force against the slip; none where the surfaces have lifted off."""
+        """Kinetic force against the slip; none where the surfaces have lifted off."""
         if state == FrictionState.LIFTED:
             return None
         kinetic = [self.element.kinetic * x for x in self._load()]

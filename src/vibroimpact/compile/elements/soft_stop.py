@@ -15,7 +15,7 @@ class SoftStopRows(ElementRows[SoftStop]):
     """A soft stop."""
 
     def _press(self, side: int, share: int = 1) -> Vector:
-        """Row of the force of spring and dashpot, > 0 where it presses; of the latter a share 1, 0, -1."""
+        """Row of the force of the spring and a share 1, 0, -1 of the dashpot, > 0 where it presses."""
         limit, k, c = self.element.spring_at(side)
         c = share * c
         out = [side * (k * x + c * y) for x, y in zip(self.gap, self.speed, strict=True)]
@@ -23,7 +23,7 @@ class SoftStopRows(ElementRows[SoftStop]):
         return out
 
     def force(self, state: int) -> tuple[Vector, int] | None:
-        """That of spring and dashpot; limited, that of the spring twice."""
+        """Force of spring and dashpot; twice that of the spring where the dashpot is limited."""
         side = self.element.side_of(state)
         if self.element.pressed(state) is None:
             return None

@@ -1,4 +1,4 @@
-"""The rows of every element, by its kind."""
+"""Table of the elements: the class of their rows, by kind."""
 
 from __future__ import annotations
 

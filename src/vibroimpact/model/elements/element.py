@@ -1,4 +1,4 @@
-"""What an element says of itself: its states, where it acts, and how it is named, drawn and stored."""
+"""Base class of elements: states, where they act, names, looks, and the form in which they are stored."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NUMBER_OR_NONE = "a finite number, or left out where there is no stop"
 
 
 class Look(NamedTuple):
-    """How a state is shown: in words, and the name of a colour with a share of white, or of black if negative."""
+    """Look of a state: its name, and a colour with a share of white, or of black if negative."""
 
     words: str
     colour: str
@@ -35,7 +35,7 @@ class Spring(NamedTuple):
 
 
 class Grip(NamedTuple):
-    """How an element rubs: its levels, the constant parts of its load and of the speed of what it rubs on."""
+    """Friction of an element: its levels, the constant parts of its load and of the speed of what it rubs on."""
 
     kinetic: float = 0.0
     static: float = 0.0
@@ -74,7 +74,7 @@ class Element(ABC):
 
     @property
     def lines(self) -> tuple[Harmonic, ...]:
-        """All lines whose phases it needs."""
+        """Forcing lines whose phases it needs."""
         return self.motion
 
     def check_size(self, n: int, name: str) -> None:
@@ -146,7 +146,7 @@ class Element(ABC):
 
     @property
     def grip(self) -> Grip:
-        """How it rubs; zeros where it does not."""
+        """Friction of the element; zeros where it has none."""
         return Grip()
 
     def multiple_of(self, other: Element) -> float | None:

@@ -150,7 +150,7 @@ class Friction(Element):
 
     @property
     def lines(self) -> tuple[Harmonic, ...]:
-        """All lines whose phases it needs: of the belt and of the load."""
+        """Forcing lines whose phases it needs: of the belt and of the load."""
         return (*self.motion, *(self.load.motion if self.load else ()))
 
     def check_size(self, n: int, name: str) -> None:

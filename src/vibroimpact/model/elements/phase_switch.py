@@ -120,7 +120,7 @@ class PhaseSwitch(Element):
                 vector(f"{name}.{part}", row, n)
 
     def check_massless(self, light: Sequence[int], name: str) -> None:
-        """An impulse would make its speed infinite."""
+        """Refuse a coordinate without mass, whose speed an impulse would make infinite."""
         for i in light:
             if any(impulse[i] for impulse in self.impulses):
                 raise InvalidParameterError(

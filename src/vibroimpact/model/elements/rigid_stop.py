@@ -119,5 +119,5 @@ class RigidStop(Element):
         return self.restitutions == (1.0, 1.0)
 
     def caption(self, *sides: int) -> str:
-        """The coefficient of restitution."""
+        """Caption: the coefficient of restitution."""
         return symbols_of(R=[self.restitutions[side > 0] for side in sides])

@@ -124,7 +124,7 @@ class SoftStop(Element):
 
     @property
     def states(self) -> tuple[SoftStopState, ...]:
-        """Behind a stop only where a dashpot holds that back."""
+        """The states that it can have: those behind a stop need a dashpot that holds it back."""
         found = [SoftStopState.OPEN]
         for side in (1, -1):
             limit, _, damping = self.spring_at(side)
@@ -140,12 +140,12 @@ class SoftStop(Element):
 
     @property
     def stiffest(self) -> list[tuple[float, float]]:
-        """A damping force that is limited acts as the spring once more."""
+        """Stiffness and damping; a limited dashpot counts as the spring once more."""
         limited = self.law == "limited"
         return [(2.0 * k if limited and c else k, c) for k, c in super(SoftStop, self).stiffest]
 
     def caption(self, *sides: int) -> str:
-        """Stiffness and damping, and another law than the usual one."""
+        """Caption: stiffness and damping, and the law where it is not the usual one."""
         springs = [self.spring_at(side) for side in sides]
         text = symbols_of(k=[spring.stiffness for spring in springs])
         if not any(spring.damping for spring in springs):

@@ -1,4 +1,4 @@
-"""Which elements there are, by their names in files."""
+"""Table of the elements, by their names in files."""
 
 from __future__ import annotations
 

@@ -21,7 +21,6 @@ from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.label_attractors import LabelledAttractor, label_attractors
 from vibroimpact.sweeps.analyses.member_table import ExtendRun
 from vibroimpact.sweeps.analyses.motion_codes import BELOW
-from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
@@ -29,8 +28,7 @@ from vibroimpact.sweeps.options import (
     call_of,
     check_axes,
 )
-from vibroimpact.sweeps.starts import GridStarts
-from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.starts import GridStarts, ListedStarts, States
 from vibroimpact.sweeps.sweep import sweep
 
 EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'

@@ -21,7 +21,6 @@ from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.places import AtPhase, AtStop
-from vibroimpact.sweeps.listed_starts import ListedStarts
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.observers.selection import describe
 from vibroimpact.sweeps.options import (
@@ -32,7 +31,7 @@ from vibroimpact.sweeps.options import (
     observers_of,
     together,
 )
-from vibroimpact.sweeps.starts import RandomStarts
+from vibroimpact.sweeps.starts import ListedStarts, RandomStarts
 from vibroimpact.sweeps.sweep import sweep
 
 Way = Literal["up", "down", "both"]

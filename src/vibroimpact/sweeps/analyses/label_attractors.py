@@ -40,7 +40,7 @@ from vibroimpact.simulation.places import At, AtStop
 from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
-from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.starts import States
 
 Words = NDArray[np.str_]
 
@@ -52,26 +52,14 @@ FEW_MEMBERS = 64  # so many members in flight, or fewer, are extended in any cas
 
 @dataclass(frozen=True)
 class LabelledAttractor:
-    """Attractor of an ensemble.
+    """Attractor of an ensemble."""
 
-    Attributes
-    ----------
-    kind
-        "periodic", "quasiperiodic", "chaotic", "undecided", "without impacts".
-    word
-        Its name without the letter: n-p-q, or the kind.
-    state
-        A state on it.
-    exponent
-        Largest Lyapunov exponent per unit of time; nan where there is none.
-    attractor
-        Result of ``classify``, if it was called.
-    """
-
-    kind: str
-    word: str
-    state: State
+    kind: str  # "periodic", "quasiperiodic", "chaotic", "undecided", "without impacts"
+    word: str  # its name without the letter: n-p-q, or the kind
+    state: State  # a state on it
+    # largest Lyapunov exponent per unit of time; nan where there is none
     exponent: float = float("nan")
+    # result of `classify`, if it was called
     attractor: Attractor | None = field(default=None, repr=False)
 
 

@@ -18,7 +18,7 @@ from vibroimpact.model.state import STATE
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, motions, symbol, symbols_of
-from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.starts import States
 
 Numbers = NDArray[Any]
 

@@ -1,1 +1,1 @@
-"""How a sweep is computed: tiles, the systems of a tile, threads, clusters, stores."""
+"""Execution of sweeps: tiles, the systems of a tile, threads, clusters, stores."""

@@ -1,4 +1,4 @@
-"""Where tiles are computed: one file per backend.
+"""Backends, which compute tiles: one file each.
 
 A backend is a module with
 

@@ -1,4 +1,4 @@
-"""Many systems of one kind, and the run of trajectories of theirs: the members of an ensemble.
+"""Batch of systems of one kind, and the run of its members.
 
 Method      Systems are compiled together (compile/many_systems.py) and handed to the kernel in parts of one
             structure; each part runs its members. Members whose pace sets their step
@@ -38,29 +38,17 @@ from vibroimpact.sweeps.observers.selection import kernel_observers, results, ro
 
 @dataclass(frozen=True, eq=False)
 class Members:
-    """Trajectories to run: one entry per member.
+    """Trajectories to run: one entry per member."""
 
-    Attributes
-    ----------
-    system
-        Number of its system in the batch, shape (N,).
-    position, velocity
-        Where it starts, shape (N, n).
-    phase
-        Phase of the first forcing line, radians, shape (N,).
-    settle, observe
-        Lengths of the window in units of time, shape (N,).
-    most_impacts
-        A member ends after so many.
-    """
-
-    system: NDArray[np.int32]
+    system: NDArray[np.int32]  # number of its system in the batch, shape (N,)
+    # where it starts, shape (N, n)
     position: Floats
     velocity: Floats
-    phase: Floats
+    phase: Floats  # phase of the first forcing line, radians, shape (N,)
+    # lengths of the window in units of time, shape (N,)
     settle: Floats
     observe: Floats
-    most_impacts: int
+    most_impacts: int  # a member ends after so many
 
     def of(self, rows: Rows, system: NDArray[Any]) -> Members:
         """Some of the members, with other numbers for their systems."""
@@ -72,35 +60,24 @@ class Members:
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Compiled systems.
-
-    Attributes
-    ----------
-    mechanism
-        Of ``system``; every system has as many coordinates, contacts and lines.
-    omegas
-        Frequencies of the forcing lines, shape (S, L).
-    part, number
-        Which kernel runs each system, and as which of its own, shape (S,).
-    kernels, stacks
-        The kernels, and the numbers of their systems.
-    pace
-        Pace that the systems are compiled for, zero for their own rates.
-    """
+    """Compiled systems."""
 
     system: System
     values: Values = field(repr=False)
+    # of `system`; every system has as many coordinates, contacts and lines
     mechanism: Mechanism = field(repr=False)
-    omegas: Floats = field(repr=False)
+    omegas: Floats = field(repr=False)  # frequencies of the forcing lines, shape (S, L)
+    # which kernel runs each system, and as which of its own, shape (S,)
     part: Rows = field(repr=False)
     number: Rows = field(repr=False)
+    # the kernels, and the numbers of their systems
     kernels: tuple[_kernel.Batch, ...] = field(repr=False)
     stacks: tuple[Stacks, ...] = field(repr=False)
-    pace: float = 0.0
+    pace: float = 0.0  # pace that the systems are compiled for, zero for their own rates
 
     @property
     def count(self) -> int:
-        """How many systems."""
+        """Number of systems."""
         return len(self.omegas)
 
     @property
@@ -237,7 +214,7 @@ def _run_once(batch: Batch, members: Members, observers: Sequence[Observer]) -> 
 
 
 def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Arrays:
-    """Each part of the batch runs its members."""
+    """Run the members of each part of the batch."""
     part, count = batch.part[members.system], len(members.system)
     if count and np.all(part == part[0]):
         return _run_part(batch, part[0], members, observers)
@@ -255,7 +232,7 @@ def _run(batch: Batch, members: Members, observers: Sequence[Observer]) -> Array
 
 
 def _run_part(batch: Batch, part: int, members: Members, observers: Sequence[Observer]) -> Arrays:
-    """Members whose systems are all of one part."""
+    """Run members whose systems are all of one part."""
     ratios = (batch.omegas / batch.omegas[:, :1])[members.system]
     raw = batch.kernels[part].run(
         system=batch.number[members.system].astype(np.int32),

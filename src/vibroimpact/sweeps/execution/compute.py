@@ -34,7 +34,7 @@ from vibroimpact.sweeps.execution.tiles import Tile
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.plan import Plan
-from vibroimpact.sweeps.states import States
+from vibroimpact.sweeps.starts import States
 
 Done = tuple[Tile, Arrays]
 
@@ -156,7 +156,7 @@ def _stacked(parts: Iterator[Arrays], order: Rows) -> Arrays:
 
 
 def _placed(work: _Work, systems: Rows, states: States, behind: Rows) -> States:
-    """States that lie behind a stop are placed on it (2)."""
+    """Put states that lie behind a stop on it (2)."""
     position = states.position.copy()
     for i in behind:
         values = {name: float(column[systems[i]]) for name, column in work.batch.values.items()}
@@ -179,7 +179,7 @@ def placed(mechanism: Mechanism, state: State) -> State:
 
 
 def _moved(mechanism: Mechanism, law: RigidStop, phase: float) -> float:
-    """How far the stops have moved at this phase of the first line."""
+    """Displacement of the stops at this phase of the first line."""
     angles = [(line, phase * (line.omega / mechanism.omega)) for line in law.motion]
     return sum(line.sine[0] * math.sin(a) + line.cosine[0] * math.cos(a) for line, a in angles)
 

@@ -1,4 +1,4 @@
-"""Groups of tiles whose systems are compiled at one go.
+"""Groups of tiles whose systems are compiled together.
 
 Method      Compiling costs a millisecond or two however few systems there are, and little more for
             thousands. The systems of tiles that follow each other are therefore compiled together
@@ -83,5 +83,5 @@ def _systems_of(plan: Plan, tile: Tile) -> tuple[int, ...]:
 
 
 def _count(plan: Plan, tile: Tile) -> int:
-    """How many systems a tile has."""
+    """Number of systems of a tile."""
     return math.prod(part.stop - part.start for part in tile.place[: len(plan.axes)])

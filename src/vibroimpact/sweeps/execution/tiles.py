@@ -27,18 +27,10 @@ FEWEST_MEMBERS = 1024  # what a call costs beside so many members is little
 
 
 class Tile(NamedTuple):
-    """A block of the grid.
+    """A block of the grid."""
 
-    Attributes
-    ----------
-    chunk
-        Its place in the grid of tiles.
-    place
-        One slice per dimension of the grid.
-    """
-
-    chunk: tuple[int, ...]
-    place: Place
+    chunk: tuple[int, ...]  # its place in the grid of tiles
+    place: Place  # one slice per dimension of the grid
 
     @property
     def size(self) -> int:
@@ -68,7 +60,7 @@ def members_per_tile(size: int, cycles: float, member_bytes: int, along: int = 1
 
 
 def compiled_bytes(mechanism: Mechanism) -> int:
-    """Size of a compiled system, about: twice the tables of its modes, which is more than it needs.
+    """Rough size of a compiled system: twice the tables of its modes, which is more than it needs.
 
     What systems share is there once (tables.py).
     """

@@ -1,4 +1,4 @@
-"""What an observer is: options, and the variables that it returns.
+"""Base class of observers: options, and the variables that they return.
 
 Each kind is a frozen dataclass in a file that has its name, and a header of the kernel that computes it
 (include/vibroimpact/observe/observer.hpp). The kernel's table says which there are, which options they
@@ -56,26 +56,18 @@ class Observer(ABC):
 
 
 class Variable(NamedTuple):
-    """A variable that an observer returns.
+    """A variable that an observer returns."""
 
-    Attributes
-    ----------
-    dims, shape
-        Beyond those of the members.
-    dtype, fill
-        Type, and the value where nothing was computed.
-    attrs
-        ``long_name`` and, where it has one, ``units``, or the ``quantity`` that it measures in
-        units of the system: length, velocity, time, rate, force, impulse or power.
-    table, columns
-        Where the kernel puts it.
-    """
-
+    # beyond those of the members
     dims: tuple[str, ...]
     shape: tuple[int, ...]
+    # type, and the value where nothing was computed
     dtype: np.dtype[Any]
     fill: float
+    # `long_name` and, where it has one, `units`, or the `quantity` that it measures in units of the system: length,
+    # velocity, time, rate, force, impulse or power
     attrs: dict[str, Any]
+    # where the kernel puts it
     table: str
     columns: slice = slice(None)
 

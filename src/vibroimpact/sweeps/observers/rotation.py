@@ -25,11 +25,11 @@ class Rotation(Observer):
         Where the impact speeds of three points in a row differ by at most this share of the largest
         of them, the motion is at a fixed point, which does not turn; in (0, 1).
     label
-        Of another rotation number, as in :class:`Section`: ``rotation_<label>``.
+        Name of another rotation number, as in :class:`Section`: ``rotation_<label>``.
 
     Notes
     -----
-    That of :attr:`Attractor.rotation` where the points lie on one closed curve of one turn; rho and
+    The number of :attr:`Attractor.rotation` where the points lie on one closed curve of one turn; rho and
     1 - rho are the same. The fraction p/q where they repeat themselves: 1/2 after a period
     doubling. Points at k impacts per turn, or on k curves in turn, have the fraction of their
     order; stride k looks at one of them.

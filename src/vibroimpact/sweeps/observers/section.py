@@ -19,13 +19,13 @@ class Section(Observer):
     Parameters
     ----------
     points
-        How many are kept, 1 to 10^6; NaN stands for those that did not come.
+        Number of points that are kept, 1 to 10^6; NaN stands for those that did not come.
     stride
         Every stride-th impact is a point, 1 to 10^6, from the first in the window on.
     contact, stop
         As in :class:`~vibroimpact.AtStop`.
     label
-        Of another section: it names the variables, ``section_<label>_position`` and so on. Members
+        Name of another section, and part of its variables, ``section_<label>_position`` and so on. Members
         are run as often as there are sections.
     """
 

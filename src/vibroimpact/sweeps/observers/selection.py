@@ -81,7 +81,7 @@ def _options(observer: Observer) -> dict[str, Any]:
 
 
 def _most_rows(observer: Observer) -> int:
-    """How many rows of its kind a run can have; 0 where it has none, and is there once."""
+    """Largest number of rows of its kind in a run; 0 for an observer without rows, which is there once."""
     options, _ = KERNEL[observer.name]
     return int(options[ROWS][1]) if ROWS in options else 0
 

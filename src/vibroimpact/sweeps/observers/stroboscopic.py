@@ -18,12 +18,12 @@ class Stroboscopic(Observer):
     Parameters
     ----------
     points
-        How many are kept, one per forcing period, 1 to 10^6; NaN stands for those that did not
-        come.
+        Number of states that are kept, one per forcing period, 1 to 10^6; NaN stands for those that
+        did not come.
     phase
-        Of the first forcing line, radians.
+        Phase of the first forcing line, radians.
     label
-        Of another one, as in :class:`Section`: ``stroboscopic_<label>_position`` and so on.
+        Name of another one, as in :class:`Section`: ``stroboscopic_<label>_position`` and so on.
     """
 
     name: ClassVar[str] = "stroboscopic"

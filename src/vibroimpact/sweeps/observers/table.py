@@ -1,4 +1,4 @@
-"""Which observers there are: those of the kernel's table, each in the file that has its name."""
+"""Table of the observers: those of the kernel, each in the file that has its name."""
 
 from __future__ import annotations
 

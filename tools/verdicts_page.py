@@ -1,6 +1,6 @@
-"""Put the verdicts of a reproduction into the README.
+"""Put the verdicts of a reproduction into docs/reproduction.md.
 
-make reproduce && python tools/readme_verdicts.py reproduction/verdicts.json
+make reproduce && python tools/verdicts_page.py reproduction/verdicts.json
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-README = Path(__file__).resolve().parents[1] / "README.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "reproduction.md"
 BEGIN, END = "<!-- verdicts: filled from verdicts.json -->", "<!-- end of verdicts -->"
 SHOWN = [  # one claim of each kind for each parameter set
     *("a-critical-omega", "b-critical-omega", "c-critical-omega"),
@@ -56,12 +56,12 @@ def section(data: dict[str, Any]) -> str:
 
 
 def main(path: str) -> None:
-    """Rewrite the marked part of the README."""
-    text = README.read_text(encoding="utf-8")
+    """Rewrite the marked part of the page."""
+    text = PAGE.read_text(encoding="utf-8")
     head, rest = text.split(BEGIN)
     tail = rest.split(END)[1]
     data = json.loads(Path(path).read_text(encoding="utf-8"))
-    README.write_text(f"{head}{BEGIN}\n{section(data)}\n{END}{tail}", encoding="utf-8")
+    PAGE.write_text(f"{head}{BEGIN}\n{section(data)}\n{END}{tail}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,17 @@
+"""Reasons with a number, for arrays and files, and with a sentence."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+
+class Reason(IntEnum):
+    """Base of such enumerations: a member is its number and its sentence."""
+
+    sentence: str
+
+    def __new__(cls, number: int, sentence: str = "") -> Reason:
+        reason = int.__new__(cls, number)
+        reason._value_ = number
+        reason.sentence = sentence
+        return reason
