@@ -514,7 +514,7 @@ def test_a_full_disk_leaves_the_old_file_and_no_other(
 # ---- numerical failure, interruption -------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", ["orbit", "simulate"])
+@pytest.mark.parametrize("command", ["orbit", "section"])
 def test_an_orbit_that_does_not_exist_is_a_failure(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -95,5 +95,5 @@ def test_a_motion_without_a_start_begins_at_rest(capsys: pytest.CaptureFixture[s
     )
     assert cli.main(["simulate", "--config", "o.toml", "--impacts", "2"]) == 0
     text = capsys.readouterr().out
-    assert "at rest: no start is given" in text
+    assert "between the stops: no start is given" in text
     assert "position=(0.0,), velocity=(0.0,)" in text

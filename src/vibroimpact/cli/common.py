@@ -498,7 +498,7 @@ def _default(arguments: argparse.Namespace, case: Case, over: Values) -> State:
     if case.start and not arguments.orbit:
         return case.start
     if begins_at_rest(arguments, case):
-        return rest_of(mechanism_of(case.system))
+        return rest_of(case.system)
     if not isinstance(case.system, Machine):
         raise InvalidParameterError("start: missing. Give --position and --velocity, or [start].")
     at_orbit = arguments.at_orbit and has_symmetric_orbits(type(case.system))

@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> Done:
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
         way = " Give --t-max." if motion.end is RunEnd.EVENTS else ""
         raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{way}")
-    rest = ["at rest: no start is given, and no orbit is known"]
+    rest = ["between the stops: no start is given, and no orbit is known"]
     return Done(
         [
             case.system,

@@ -144,7 +144,11 @@ def comparison_sentence(response: Response, which: str) -> str:
             "same mass, the best of its kind,"}[which]  # fmt: skip
     if math.isnan(value):
         return f"{_capital(name)} the machine has no steady motion to compare with."
-    if response.worst.silent and abs(response.worst.value - value) <= SAME_RELATIVE * value:
+    if (
+        math.isfinite(value)
+        and response.worst.silent
+        and abs(response.worst.value - value) <= SAME_RELATIVE * value
+    ):
         return f"That is as much as {name}: no stop is met.{_touching(response)}"
     where = "over the whole band"
     if not math.isnan(place):
@@ -200,10 +204,11 @@ def settled(response: Response) -> list[list[Answer]]:
 
     These are the motions that were simulated, and stable orbits that no start reached.
     """
-    return [
+    every = (
         [*many, *_unreached(response, value, many)]
         for value, many in zip(response.values.tolist(), response.answers, strict=True)
-    ]
+    )
+    return [[a for a in many if a.attracting] or many for many in every]
 
 
 def _unreached(response: Response, value: float, many: Sequence[Answer]) -> Iterator[Answer]:
