@@ -34,7 +34,7 @@ help:
 	@echo 'make build       make .venv and install the package into it'
 	@echo 'make lint        check format, style and types'
 	@echo 'make format      reformat the sources'
-	@echo 'make stubs       rewrite the type stubs of the extension module and the observers'
+	@echo 'make stubs       rewrite the type stubs of the extension module, the observers and the machines'
 	@echo 'make bench       measure speed against other programs'
 	@echo 'make clean       remove .venv, caches and $(OUT)/'
 	@echo
@@ -88,7 +88,7 @@ STUBGEN = $(BIN)/python -m nanobind.stubgen --quiet -m \
   $$($(BIN)/python -c 'from vibroimpact import _kernel; print(_kernel._module.__name__)')
 stubs: build $(VENV)/.lint
 	@$(STUBGEN) -o src/vibroimpact/_kernel.pyi
-	@$(BIN)/python tools/observer_stub.py
+	@$(BIN)/python tools/name_stubs.py
 
 clean:
 	@rm -rf $(VENV) build dist '$(OUT)' .pytest_cache .mypy_cache .ruff_cache .hypothesis

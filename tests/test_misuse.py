@@ -122,6 +122,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     damper, state = vi.ImpactDamper(**DAMPER), vi.State((0.0, 0.0), (0.0, 1.0))
     contact, swing = vi.RigidStop((1.0,), upper=1.0), vi.Harmonic(1.0, (0.1,))
     run = vi.simulate(damper, state, impacts=20)
+    chain = vi.Structure.chain([1.0, 1.0], [1.0, 1.0])
+    for name in ("mass", "stiffness"):
+        np.save(folder / f"{name}.npy", np.eye(4))
     relay = vi.HybridSystem(
         modes={"on": vi.LinearMode([[-1.0]], [3.0])}, guards={"top": vi.LinearGuard([1.0], 9.0)},
         transitions=(vi.Transition("on", "top", "rising", "on"),),
@@ -249,6 +252,33 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
                 "forces": (vi.Harmonic(1.0, (1.0,)),), "constant_force": (0.0,),
                 "elements": (contact, vi.Friction((1.0,), 0.1)),
             },
+        ),
+        "Structure": (
+            vi.Structure,
+            {"mass": [[1.0]], "damping": [[0.1]], "stiffness": [[1.0]], "places": {"x": (1.0,)}},
+        ),
+        "Structure.chain": (
+            vi.Structure.chain,
+            {"masses": [1.0, 1.0], "stiffnesses": [1.0, 1.0], "dampings": [0.1, 0.1]},
+        ),
+        "Structure.of_modes": (
+            vi.Structure.of_modes,
+            {"frequencies": [1.0], "shapes": {"x": (1.0,)}, "zeta": 0.01, "masses": [1.0]},
+        ),
+        "Structure.of_matrices": (
+            vi.Structure.of_matrices,
+            {"mass": np.eye(4), "stiffness": np.eye(4), "places": {"x": 0}, "modes": 2, "zeta": 0.01},
+        ),
+        "Structure.of_files": (
+            vi.Structure.of_files,
+            {"mass": folder / "mass.npy", "stiffness": folder / "stiffness.npy", "places": {"x": 0},
+             "modes": 2, "zeta": 0.01},
+        ),
+        "Structure.row": (chain.row, {"place": "x1", "other": "x2"}),
+        "Structure.mechanism": (
+            chain.mechanism,
+            {"elements": [vi.RigidStop((1.0, 0.0), upper=1.0)],
+             "forces": {"x1": vi.Harmonic(1.0, (1.0,))}, "constant_force": {"x1": 0.1}},
         ),
         "State": (vi.State, {"position": (0.0,), "velocity": (0.0,), "phase": 0.0}),
         "State.perturbed": (state.perturbed, {"amount": 0.1}),
@@ -719,7 +749,9 @@ NAMES = [
     "ImpactOscillator.from_physical", "ImpactOscillator.on_stop", "RigidStop",
     "SoftStop", "Friction", "NormalLoad", "PhaseSwitch", "HybridSystem", "LinearMode",
     "LinearGuard", "Transition", "simulate_hybrid", "HybridRun.at",
-    "Harmonic", "Mechanism", "State", "State.perturbed", "Steps", "Family",
+    "Harmonic", "Mechanism", "Structure", "Structure.chain", "Structure.of_modes",
+    "Structure.of_matrices", "Structure.of_files",
+    "Structure.row", "Structure.mechanism", "State", "State.perturbed", "Steps", "Family",
     "ExplicitMap", "ExplicitMap.__call__", "ExplicitMap.derivative", "ExplicitMap.linearised",
     "ExplicitMap.forms", "ExplicitMap.fixed_point", "ExplicitMap.residual", "ExplicitMap.jacobian",
     "ExplicitMap.watch", "RandomStarts", "RandomStarts, range", "GridStarts", "GridStarts, axis",

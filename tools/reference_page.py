@@ -22,7 +22,7 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
 GROUPS = {
     "Systems": [
         *("ImpactDamper", "ImpactOscillator"),
-        *("Mechanism", "RigidStop", "RigidStopState", "SoftStop", "SoftStopState"),
+        *("Mechanism", "Structure", "RigidStop", "RigidStopState", "SoftStop", "SoftStopState"),
         *("Friction", "FrictionState", "NormalLoad", "PhaseSwitch", "PhaseSwitchState"),
         *("Harmonic", "State", "HybridSystem", "LinearMode", "LinearGuard", "Transition"),
     ],

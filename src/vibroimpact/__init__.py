@@ -16,7 +16,9 @@ _ROOMS = {name: room for room, name in re.findall(r"^from (\S+) import \(?\s*(\w
 _MODULES = dict(re.findall(r"^(\w+) = (\w+)$", _STUB, re.M))  # public name: file
 
 __all__ = sorted(
-    {*_ROOMS} - {*_MODULES.values()} - {"continuation", "measures", "normal_forms", "plotting"}
+    {*_ROOMS}
+    - {*_MODULES.values()}
+    - {"continuation", "machines", "measures", "normal_forms", "plotting"}
 )
 
 

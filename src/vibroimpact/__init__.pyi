@@ -1,6 +1,7 @@
 """Exact dynamics and bifurcations of vibro-impact systems: all public names and their modules."""
 
 from vibroimpact import continuation as continuation
+from vibroimpact import machines as machines
 from vibroimpact import measures as measures
 from vibroimpact import normal_forms as normal_forms
 from vibroimpact import plotting as plotting
@@ -45,6 +46,7 @@ from vibroimpact.design.pareto import ParetoFront as ParetoFront
 from vibroimpact.design.pareto import pareto_front as pareto_front
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
+from vibroimpact.machines.structure import Structure as Structure
 from vibroimpact.measures.energy import Energies as Energies
 from vibroimpact.measures.measure import Measure as Measure
 from vibroimpact.measures.measure import measure_of as measure_of

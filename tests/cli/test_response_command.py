@@ -186,9 +186,9 @@ def test_the_report_lists_the_answers_of_the_library(page: Page, response: vi.Re
 def test_the_report_does_not_count_a_ball_that_stands_in_its_gap(
     page: Page, response: vi.Response
 ) -> None:
-    neutral = [a for a in response.at(9.0) if a.silent]
+    neutral = [a for a in response.at(9.0) if a.motion == "1-0-0"]
     assert [a.stability.words for a in neutral] == ["neutral"]
-    assert all(len(many) == 1 for many in response.answers)
+    assert max(map(len, response.answers)) == 1
     assert "Only one steady motion was found at each value" in page.words
     assert not any(row[0] == "has no impacts" for row in page.rows)
 

@@ -7,6 +7,7 @@ import importlib
 import inspect
 import pkgutil
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import pytest
 import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact.cli import main as cli
+from vibroimpact.machines.registry import MACHINES
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -172,8 +174,14 @@ def test_the_reference_is_what_the_docstrings_say() -> None:
     assert done.returncode == 0, "run: python tools/reference_page.py"
 
 
-def test_editors_see_every_observer() -> None:
-    tool = ROOT / "tools" / "observer_stub.py"
+def test_the_page_of_machines_is_that_of_the_catalogue() -> None:
+    tool = runpy.run_path(str(ROOT / "tools" / "machines_page.py"))
+    assert (ROOT / "docs" / "machines.md").read_text("utf-8") == tool["page"]()
+    assert {model.entry for model in tool["MODELS"]} - {""} <= MACHINES.keys()
+
+
+def test_editors_see_every_observer_and_every_machine() -> None:
+    tool = ROOT / "tools" / "name_stubs.py"
     done = subprocess.run([sys.executable, str(tool), "--check"], check=False)
     assert done.returncode == 0, "run: make stubs"
 

@@ -6,29 +6,34 @@ import ast
 import dataclasses
 import math
 import re
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import vibroimpact as vi
+from vibroimpact._core.docstrings import descriptions
 from vibroimpact.cli import main as cli
 from vibroimpact.machines.json_text import system_of, text_of
-from vibroimpact.machines.machine import Machine, parameters_of
+from vibroimpact.machines.machine import Machine, example_of, parameters_of
 from vibroimpact.machines.registry import (
     MACHINES,
     case_named,
-    cases_of,
     machine_of,
     machine_of_class,
     name_of,
 )
 from vibroimpact.machines.toml_file import read_case
+from vibroimpact.machines.units import Quantity
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
 PACKAGE = Path(vi.__file__).parent
 CLASSES = {name: machine_of(name) for name in MACHINES}
+WITH_PARAMETERS = [
+    c for c in cli.COMMANDS if c not in ("machines", "show", "reproduce", "switch", "tongue")
+]
 WORDS = {word for entry in MACHINES.values() for word in entry.place.split(":")}
 PAPER = "vibroimpact_papers.impact_damper.circles"  # a publication, of that name too
 OWN = {  # files that are about a machine, or list them
@@ -41,6 +46,10 @@ GENERAL = [
     for path in sorted(PACKAGE.rglob("*.py"))
     if path.relative_to(PACKAGE).as_posix() not in OWN
 ]
+
+
+def fields_of(name: str) -> set[str]:
+    return {f.name for f in dataclasses.fields(CLASSES[name])}  # type: ignore[arg-type]
 
 
 def words_of(tree: ast.AST) -> Iterator[str]:
@@ -63,14 +72,8 @@ def named(path: Path) -> set[str]:
 
 
 def sample(name: str) -> Machine:
-    """A machine with a case that is published, or else that of its docstring."""
-    cases = cases_of(name)
-    if cases:
-        return CLASSES[name](**{"omega": 1.2, **next(iter(cases.values()))})
-    text = re.findall(r">>> \w+ = vi\.(\w+\((?:.|\n)*?\)\n)", CLASSES[name].__doc__ or "")[0]
-    made = eval(f"vi.{text.replace('...', '')}", {"vi": vi})  # noqa: S307 - our own text
-    assert isinstance(made, CLASSES[name])
-    return made
+    """The example of a machine."""
+    return example_of(CLASSES[name])
 
 
 # ---- general code --------------------------------------------------------------------------------
@@ -95,7 +98,8 @@ def test_a_machine_is_found_by_its_name_its_class_and_its_object(name: str) -> N
     assert name_of(machine) == name
     assert machine_of_class(type(machine).__name__) is type(machine)
     assert case_named(name) == (name, {})
-    assert hasattr(vi, type(machine).__name__)
+    assert getattr(vi.machines, type(machine).__name__) is type(machine)
+    assert type(machine).__name__ in dir(vi.machines)
 
 
 @pytest.mark.parametrize("name", MACHINES)
@@ -116,14 +120,15 @@ def test_a_machine_is_read_from_the_table_of_its_name(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", [c for c in cli.COMMANDS if c not in ("reproduce", "switch", "tongue")]
+    ("command", "name"),
+    [(command, "impact-oscillator") for command in WITH_PARAMETERS]
+    + [("simulate", name) for name in MACHINES],
 )
-@pytest.mark.parametrize("name", MACHINES)
 def test_help_lists_the_parameters_of_the_machine(
-    name: str, command: str, capsys: pytest.CaptureFixture[str]
+    command: str, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert cli.main([command, name, "--help"]) == 0
-    shown = capsys.readouterr().out
+    shown = capsys.readouterr().out.partition("example:")[0]
     for other, machine in CLASSES.items():
         listed = {p for p in parameters_of(machine) if f"--{p.replace('_', '-')} " in shown}
         own = {*parameters_of(CLASSES[name])}
@@ -135,14 +140,58 @@ def test_a_machine_can_be_differentiated_by_every_parameter(name: str) -> None:
     from vibroimpact.model.parameters import expanded, names_of
 
     machine = sample(name)
-    for parameter in names_of(machine):
+    counts = {f.name for f in dataclasses.fields(machine) if f.type == "int"}  # type: ignore[arg-type]
+    for parameter in names_of(machine).keys() - counts:
         assert expanded(machine, parameter).degrees == machine.mechanism.degrees
 
 
 @pytest.mark.parametrize("name", MACHINES)
-def test_a_machine_starts_between_its_stops(name: str) -> None:
+def test_a_machine_moves_from_its_start(name: str) -> None:
     machine = sample(name)
-    assert vi.simulate(machine, machine.free_start(), impacts=3).impacts.sum() == 3
+    omega = machine.mechanism.omega or 0.1
+    run = vi.simulate(machine, machine.free_start(), t_max=8.0 * math.pi / omega)
+    assert run.end is vi.RunEnd.HORIZON
+    assert len(run.time) > 2
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_machine_says_where_it_comes_from_and_what_to_try(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    machine = CLASSES[name]
+    assert len(machine.source) > 20
+    assert machine.to_try
+    for command, _ in machine.to_try:
+        cli.parser().parse_args(shlex.split(command))
+        assert shlex.split(command)[1].partition("/")[0] == name
+    described = descriptions(machine)
+    assert [*parameters_of(machine)] == [n for n in described if n != "si"]
+    assert not capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", [name for name in MACHINES if "si" in fields_of(name)])
+def test_a_machine_in_si_units_needs_every_parameter_with_a_unit(name: str) -> None:
+    machine = sample(name)
+    values = {p: getattr(machine, p) for p in parameters_of(type(machine))}
+    if "from_physical" in vars(type(machine)):
+        return  # of engineers' numbers: test_impact_oscillator.py, and below
+    made = type(machine).from_physical(**values)
+    assert repr(made) == repr(machine).replace("si=False", "si=True")
+    some = {p: x for p, x in values.items() if p != first_with_unit(machine)}
+    with pytest.raises(vi.InvalidParameterError, match=f"{first_with_unit(machine)}: missing"):
+        type(machine).from_physical(**some)
+    lines = [f"{p} = {x!r}" for p, x in values.items() if x is not None]
+    Path("si.toml").write_text("\n".join([f"[{name}.physical]", *lines]))
+    assert repr(read_case("si.toml").system) == repr(made)
+
+
+def first_with_unit(machine: Machine) -> str:
+    """Name of the first parameter that has a unit and a default other than zero."""
+    return next(
+        f.name
+        for f in dataclasses.fields(machine)  # type: ignore[arg-type]
+        if f.metadata.get("quantity", Quantity()).quantity and f.default
+    )
 
 
 @pytest.mark.parametrize("name", MACHINES)

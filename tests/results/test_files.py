@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.bifurcations import PLANE, oscillator_branch, torus_of_a_map, torus_of_set_a
-from support.files import assert_full_disk_leaves_the_old_file
 from support.systems import paper_damper
 
 import vibroimpact as vi
@@ -302,7 +301,7 @@ def test_a_damaged_file_is_refused(broken: vi.Branch) -> None:
     data = dataset_of(broken)
     for lost in ("values", "stored_float64"):
         with pytest.raises(
-            vi.InvalidParameterError, match=f"{lost.removeprefix('stored_')} is missing"
+            vi.InvalidParameterError, match=f"'{lost.removeprefix('stored_')}' is missing"
         ):
             result_of(data.drop_vars(lost))
     text = data[TEXT].values.tobytes()
@@ -316,9 +315,11 @@ def test_a_damaged_file_is_refused(broken: vi.Branch) -> None:
             result_of(data.drop_vars(TEXT).assign({TEXT: ("other", wrong)}))
 
 
-def test_a_failure_while_writing_leaves_the_old_file(
-    broken: vi.Branch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("suffix", [".nc", ".csv"])
+def test_a_full_disk_is_an_error_that_names_it(
+    suffix: str, broken: vi.Branch, tmp_path: Path
 ) -> None:
-    assert_full_disk_leaves_the_old_file(
-        lambda path: vi.save(broken, path), tmp_path / "branch.nc", monkeypatch
-    )
+    path = tmp_path / f"full{suffix}"
+    path.symlink_to("/dev/full")
+    with pytest.raises(vi.InvalidParameterError, match=r"full.*No space left on device"):
+        vi.save(broken, path)

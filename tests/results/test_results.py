@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
 import inspect
 import math
+import pickle
 import pkgutil
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import Enum
@@ -195,3 +198,42 @@ def test_a_result_is_a_table(name: str, tmp_path: Path) -> None:
     lines = (tmp_path / "table.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0].split(",")[0].strip('"') == table.columns[0]
     assert len(lines) >= len(table) + 1
+
+
+# ---- copies ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_result_is_copied_and_sent_to_other_processes_with_the_same_bits(name: str) -> None:
+    result = example(name)
+    for other in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):  # noqa: S301
+        assert_same_bits(result, other)
+        assert isinstance(result == other, bool)
+    assert result == copy.copy(result) or type(result).__eq__ is object.__eq__
+    assert len({result, result}) == 1
+
+
+def public_classes() -> set[type]:
+    rooms = (vi, vi.normal_forms, vi.continuation, vi.measures, vi.observers)
+    found = (getattr(room, name) for room in rooms for name in dir(room))
+    return {one for one in found if isinstance(one, type)}
+
+
+def test_no_public_class_compares_arrays_or_hashes_dictionaries() -> None:
+    for kind in public_classes():
+        made_by_dataclass = getattr(vars(kind).get("__dataclass_params__"), "eq", False)
+        if not made_by_dataclass and kind.__eq__ is not tuple.__eq__:
+            continue
+        for name, declared in vars(kind).get("__annotations__", {}).items():
+            words = set(re.findall(r"\w+", str(declared)))
+            arrays = {
+                "Floats",
+                "Complexes",
+                "Codes",
+                "Flags",
+                "Integers",
+                "NDArray",
+                "Mapping",
+                "dict",
+            }
+            assert "ClassVar" in words or not words & arrays, (kind, name)

@@ -338,3 +338,18 @@ def test_averages_are_those_of_a_quadrature_of_the_recorded_motion(name: str) ->
     # 12 nodes on pieces of half a unit of time; some thousand roundings
     np.testing.assert_allclose(found["x_mean"], both[0] / case.observe, rtol=1e-11, atol=1e-11)
     np.testing.assert_allclose(found["x_rms"], np.sqrt(both[1] / case.observe), rtol=1e-11)
+
+
+def test_points_of_a_section_that_would_be_lost_again_cost_nothing() -> None:
+    """A billion periods in one flight: visited one by one they would take minutes."""
+    still = vi.ImpactOscillator(omega=0.8, zeta=0.05, restitution=0.7, clearance=50.0, force=1.0)
+    asked = {
+        "over": {"omega": [0.8]}, "start": vi.State((0.0,), (0.0,)), "settle_periods": 0,
+        "observe": vi.observers.Stroboscopic(points=3), "progress": False,
+    }  # fmt: skip
+    few, many = (vi.sweep(still, periods=periods, **asked) for periods in (1000, 1e9))
+    turns = many["stroboscopic_time"].values.ravel() * 0.8 / (2.0 * np.pi)
+    np.testing.assert_allclose(turns, 1e9 - np.array([3.0, 2.0, 1.0]), rtol=1e-15)
+    for name in ("position", "velocity"):
+        here, there = (one[f"stroboscopic_{name}"].values.ravel() for one in (few, many))
+        np.testing.assert_allclose(here, there, atol=2.0 * np.spacing(1e10))  # of omega t

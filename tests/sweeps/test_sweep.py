@@ -431,8 +431,8 @@ def test_results_that_no_memory_holds_are_refused_before_anything_runs(monkeypat
     over = {"omega": axis, "half_clearance": 5.0 * axis}
     with pytest.raises(vi.InvalidParameterError, match=r"results of 1\.5e\+04 GB.* Give store="):
         vi.sweep(DAMPER, over=over, start=PLAIN, progress=False)
-    monkeypatch.setattr("vibroimpact.sweeps.sweep.memory_of_machine", lambda: 29)  # 2 x 15
-    with pytest.raises(vi.InvalidParameterError, match="more than this machine's memory"):
+    monkeypatch.setattr("vibroimpact.sweeps.sweep.memory_here", lambda: 29)  # 2 x 15
+    with pytest.raises(vi.InvalidParameterError, match="more than the memory here"):
         vi.sweep(DAMPER, over={"omega": axis[:2]}, start=PLAIN, progress=False)
 
 

@@ -1,7 +1,8 @@
 // The stroboscopic section: where the motion stands whenever the phase of the force has one value.
 //
 // Method      at the times first + k period, k = 0, 1, ..., from the beginning of the window on; a
-//             ring keeps the last of them. An event at such a time comes before the state.
+//             ring keeps the last of them, and those of a flight that it would lose again are left out.
+//             An event at such a time comes before the state.
 // Accuracy    of a flight (flow/); the times to rounding
 // Fails       no points without forcing
 #pragma once
@@ -9,6 +10,8 @@
 #include "vibroimpact/observe/section_points.hpp"
 
 namespace vi::observe {
+
+inline constexpr double largest_skip = 9e18; // fits a count
 
 struct stroboscopic {
     static constexpr const char* name = "stroboscopic";
@@ -42,9 +45,14 @@ struct stroboscopic::observer : point_ring<Flow> {
     }
     VI_HD void on_flight(const flight_segment<Flow>& s) {
         const auto& flow = s.system.modes[s.mode].flow;
-        for (;;) {
+        const double end = s.begin + s.duration;
+        const double lost = floor((end - first) / period) - static_cast<double>(this->taken) -
+                            static_cast<double>(this->room) - 1.0;
+        if (lost > 0.0) this->taken += static_cast<long>(min(lost, largest_skip));
+        for (long shown = 1;; ++shown) {
             const double time = first + static_cast<double>(this->taken) * period;
-            if (!(time < s.begin + s.duration)) return;
+            if (!(time < end)) return;
+            if (shown % steps_in_a_row == 0 && s.interrupted && s.interrupted()) return;
             this->keep({flow.flight(s.y, max(time - s.begin, 0.0)), s.mode, time});
         }
     }

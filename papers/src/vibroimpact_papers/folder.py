@@ -6,13 +6,13 @@ interruption removes the sibling and leaves the earlier contents.
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.files import draft_folder
 
 MARK = ".vibroimpact"  # a file in every folder made here: such a folder may be replaced
 
@@ -32,14 +32,16 @@ def whole_folder(out: Path) -> Iterator[Path]:
         ``out`` holds other files, is not a folder, or its parent cannot be written.
     """
     out = Path(out).absolute()
+    _restore(out)
     refuse_foreign(out)
-    work = _sibling(out)
-    try:
+    with ExitStack() as drafts:
+        try:
+            work = drafts.enter_context(draft_folder(out))
+        except OSError as error:
+            raise _unwritable(out, error) from error
         yield work
         (work / MARK).write_text("made by vibroimpact; replaced whole by the next run\n")
         _replace(out, work)
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
 
 
 def refuse_foreign(out: Path) -> None:
@@ -57,15 +59,6 @@ def refuse_foreign(out: Path) -> None:
         )
 
 
-def _sibling(out: Path) -> Path:
-    work = out.with_name(f".{out.name}-{os.getpid()}")
-    try:
-        work.mkdir()
-    except OSError as error:
-        raise _unwritable(out, error) from error
-    return work
-
-
 def _unwritable(out: Path, error: OSError) -> InvalidParameterError:
     return InvalidParameterError(
         f"out = {out}: cannot be written ({error.strerror}); its parent must be a folder that "
@@ -75,17 +68,27 @@ def _unwritable(out: Path, error: OSError) -> InvalidParameterError:
 
 def _replace(out: Path, work: Path) -> None:
     """Put ``work`` in the place of ``out``; if that fails, ``out`` stays as it was."""
-    if not out.exists():
-        work.rename(out)
-        return
-    old = work.with_name(work.name + "-old")
+    old = _old(out)
     try:
-        out.rename(old)
+        if out.exists():
+            out.rename(old)
         try:
             work.rename(out)
         except BaseException:
-            old.rename(out)
+            if old.exists():
+                old.rename(out)
             raise
     except OSError as error:
         raise _unwritable(out, error) from error
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _old(out: Path) -> Path:
+    """Name of the earlier output while the new one takes its place."""
+    return out.with_name(f".{out.name}-old")
+
+
+def _restore(out: Path) -> None:
+    """Give the earlier output its name again, if a process was killed while the new one took its place."""
+    if _old(out).is_dir() and not out.exists():
+        _old(out).rename(out)

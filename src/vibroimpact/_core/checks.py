@@ -5,13 +5,15 @@ An error message reads ``name = value: must be ... What to do.``; a long value i
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import functools
 import inspect
 import math
 import os
 import reprlib
-from collections.abc import Callable, Collection, Sequence
+import resource
+from collections.abc import Callable, Collection, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -26,6 +28,7 @@ Class = TypeVar("Class", bound=type)
 LARGEST_COUNT = 2**50  # the kernel counts events, some four per impact, in doubles
 LARGEST_SEED = 2**64 - 1
 NARROWEST_RANGE_ULPS = 256.0  # a range of a parameter must hold some numbers
+MOST_TEXT = 160  # a message shows so many characters of another program at most
 MOST_SHOWN_ENTRIES = 6  # a message shows so many entries of an array at most
 
 
@@ -54,6 +57,12 @@ class _Shortened(reprlib.Repr):
 def shown(value: object) -> str:
     """Text of a value for a message: one line, some hundred characters at most."""
     return " ".join(_SHORTENED.repr(as_python(value)).split())
+
+
+def shortened(text: str) -> str:
+    """Text of another program for a message: one line, some hundred characters at most."""
+    line = " ".join(text.split())
+    return line if len(line) <= MOST_TEXT else f"{line[:MOST_TEXT]}..."
 
 
 _SHORTENED = _Shortened()
@@ -152,18 +161,45 @@ def check_index(name: str, value: object, size: int) -> None:
 
 
 def check_memory(name: str, value: int, size: int, advice: str) -> None:
-    """Refuse a count of items of ``size`` bytes each that exceeds the memory of this machine."""
-    if value * size > memory_of_machine():
+    """Refuse a count of items of ``size`` bytes each that exceeds the memory that there is here."""
+    if value * size > memory_here():
         raise InvalidParameterError(
-            f"{name} = {shown(value)}: needs {value * size / 1e9:.3g} GB, more than this machine's "
-            f"memory. {advice}"
+            f"{name} = {shown(value)}: needs {value * size / 1e9:.3g} GB, more than the memory here. {advice}"
         )
 
 
+def memory_here() -> int:
+    """Bytes of memory that this process may have: of the machine, of its control group, of ulimit -v."""
+    least = _memory_of_machine()
+    limit, pages = resource.getrlimit(resource.RLIMIT_AS)[0], Path("/proc/self/statm")
+    if limit != resource.RLIM_INFINITY:
+        taken = (
+            int(pages.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE") if pages.exists() else 0
+        )
+        least = min(least, max(limit - taken, 0))
+    return least
+
+
 @functools.cache
-def memory_of_machine() -> int:
-    """Bytes of memory of this machine, used or free."""
-    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+def _memory_of_machine() -> int:
+    """Bytes of memory of this machine, or of the control group in which this process is, used or free."""
+    least = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    for limit in _limits_of_groups():
+        with contextlib.suppress(OSError, ValueError):  # none there, or "max"
+            least = min(least, int(limit.read_text()))
+    return least
+
+
+def _limits_of_groups() -> Iterator[Path]:
+    """Files with the limits of the control groups in which this process is, of both kinds that Linux has."""
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/self/cgroup").read_text().splitlines():
+            _, kind, group = line.split(":", 2)
+            place = Path("/sys/fs/cgroup", "memory" if kind else "", group.lstrip("/"))
+            if kind and "memory" not in kind.split(","):
+                continue
+            for one in (place, *place.parents):
+                yield one / ("memory.limit_in_bytes" if kind else "memory.max")
 
 
 def ends_of(name: str, value: Any) -> tuple[float, float]:
@@ -274,7 +310,7 @@ def check_stop_name(value: object) -> None:
 
 
 def path_of(name: str, value: object) -> Path:
-    """Return a name of a file or a folder as a path, or raise naming the argument.
+    """Return a name of a file or a folder as a path, ``~`` replaced by a home, or raise naming the argument.
 
     A name that no file system could hold is refused, and one that may not be looked up; whether
     something of that name is there, and of which kind, is left to the caller.
@@ -285,7 +321,8 @@ def path_of(name: str, value: object) -> Path:
     if not isinstance(text, str) or not text:
         raise refusal(name, value, allowed, "Give a text that is not empty.")
     try:
-        os.stat(text)
+        found = os.path.expanduser(text)
+        os.stat(found)
     except (FileNotFoundError, NotADirectoryError):
         pass
     except ValueError:  # a null byte, half of a surrogate pair
@@ -294,48 +331,12 @@ def path_of(name: str, value: object) -> Path:
         ) from None
     except OSError as error:  # too long, no permission, a loop of links
         raise refusal(name, value, allowed, f"{error.strerror}: name another.") from None
-    return Path(text)
-
-
-def check_target(path: Path, suffixes: tuple[str, ...], name: str = "out") -> None:
-    """Refuse a file that could not be written, before anything is computed for it.
-
-    Parameters
-    ----------
-    path
-        The file to be written; an earlier one of that name will be replaced.
-    suffixes
-        Allowed suffixes.
-    name
-        Name of the argument or option.
-
-    Raises
-    ------
-    InvalidParameterError
-        A name that no file can have, another suffix, a folder of that name, a folder around it that
-        is missing or unwritable.
-    """
-    path_of(name, path)
-    if path.suffix.lower() not in suffixes:
-        raise InvalidParameterError(
-            f"{name} = {path}: must end in {', '.join(suffixes)}. The suffix decides the format."
+    if found == text and text.startswith("~"):
+        head = text.partition("/")[0]
+        raise refusal(
+            name, value, allowed, f"{head} is no user's home; ./{head} is a name in this folder."
         )
-    if path.is_dir():
-        raise InvalidParameterError(f"{name} = {path}: is a folder. Name a file.")
-    if not path.parent.is_dir():
-        raise InvalidParameterError(
-            f"{name} = {path}: {path.parent} must be a folder. Make it first, or name another."
-        )
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise unwritable(name, path, "no permission")
-
-
-def unwritable(name: str, path: Path, reason: str) -> InvalidParameterError:
-    """Error for a file that cannot be written, with the reason."""
-    return InvalidParameterError(
-        f"{name} = {path}: cannot be written ({reason}). Name a file in a folder that you may "
-        "write."
-    )
+    return Path(found)
 
 
 def names_arguments(**advice: str) -> Callable[[Class], Class]:
@@ -353,7 +354,7 @@ def names_arguments(**advice: str) -> Callable[[Class], Class]:
         names = frozenset(known)
 
         @functools.wraps(make)
-        def checked(self: Any, *args: Any, **given: Any) -> None:
+        def checked(self: Any, /, *args: Any, **given: Any) -> None:
             if not names.issuperset(given):
                 name = next(name for name in given if name not in names)
                 raise unknown_keyword(cls.__name__, name, known, advice.get(name, ""))

@@ -12,8 +12,20 @@ from pathlib import Path
 from traceback import walk_stack
 
 
+def printable(text: str) -> str:
+    """Text with escapes for control characters, which would reach a terminal, and for what has no encoding."""
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text
+    )
+
+
 class VibroImpactError(Exception):
     """Base of every exception that this package raises on purpose."""
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class InvalidParameterError(VibroImpactError, ValueError):

@@ -6,7 +6,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import NamedTuple, TextIO, TypeVar
 
@@ -134,7 +134,8 @@ class Display:
 
     @property
     def _live(self) -> bool:
-        return not self.quiet and (self.stream or sys.stderr).isatty()
+        stream = self.stream or sys.stderr
+        return not self.quiet and stream is not None and stream.isatty()
 
     def _draw(self, name: str, done: int, total: int, begin: float, unit: str) -> None:
         now = time.monotonic()
@@ -151,10 +152,11 @@ class Display:
         self._write(f"\r\033[K{text}" if live else f"{text}\n")
 
     def _write(self, text: str) -> None:
-        if not self.quiet:
-            stream = self.stream or sys.stderr
-            stream.write(text)
-            stream.flush()
+        stream = self.stream or sys.stderr
+        if not self.quiet and stream is not None:
+            with suppress(OSError):  # a display that nobody can see ends no work
+                stream.write(text)
+                stream.flush()
 
 
 class Reporter:
@@ -304,9 +306,21 @@ def counting(name: str, count: int) -> Iterator[int]:
 
 
 @contextmanager
-def interruptible(kept: str) -> Iterator[None]:
-    """Give an interruption a message, if it has none yet: which part of the work is kept."""
+def interruptible(kept: str, *, whole: bool = False) -> Iterator[None]:
+    """Give an interruption a message: which part of the work is kept.
+
+    A function that has found something returns it, with a status or a flag that says that it was interrupted; one that
+    has nothing to return raises KeyboardInterrupt with such a message.
+
+    Parameters
+    ----------
+    kept
+        The message.
+    whole
+        Whether it replaces that of a part of the work.
+    """
     try:
         yield
     except KeyboardInterrupt as stop:
-        raise KeyboardInterrupt(*(stop.args or (f"interrupted; {kept}.",))) from None
+        own = (f"interrupted; {kept}.",)
+        raise KeyboardInterrupt(*(own if whole else stop.args or own)) from None

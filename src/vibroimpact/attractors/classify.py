@@ -58,7 +58,7 @@ ATTEMPT_FACTOR = 4
 MOST_CHANGES = 3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Attractor(Result):
     """Attractor of a motion.
 

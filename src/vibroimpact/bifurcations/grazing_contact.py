@@ -67,7 +67,7 @@ PARALLEL_TO_AXIS = 1e-9
 STEP_OF_RANGES = 1e-3
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GrazingContact:
     """Contact of a curve of bifurcations with the curve on which its orbit touches a stop.
 

@@ -71,7 +71,7 @@ class Reached(NamedTuple):
     how: str  # "new"; "known", "mirror image"; or the reason why there is none
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Diagram(Result):
     """Branches reachable from an orbit.
 

@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 
 from vibroimpact._core.checks import check_choice
+from vibroimpact._core.docstrings import descriptions, head_of
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.machine import Machine, parameters_of
@@ -128,19 +129,6 @@ def command_of(arguments: argparse.Namespace) -> str:
 def option(name: str) -> str:
     """Name of an option from that of a parameter: --mass-ratio from mass_ratio."""
     return "--" + name.replace("_", "-")
-
-
-def descriptions(function: Callable[..., Any]) -> dict[str, str]:
-    """Texts of a numpydoc section Parameters, by name."""
-    section = (inspect.getdoc(function) or "").partition("Parameters\n----------\n")[2]
-    texts: dict[str, str] = {}
-    names: list[str] = []
-    for line in section.partition("\n\n")[0].splitlines():
-        if line.startswith(" "):
-            texts |= {name: f"{texts.get(name, '')} {line.strip()}".strip() for name in names}
-        else:
-            names = line.partition(" : ")[0].split(", ")
-    return texts
 
 
 def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]:
@@ -411,7 +399,7 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
     add_system(parser)
     machine = machine_of(parser.get_default("machine"))
     known = has_symmetric_orbits(machine)
-    free = (inspect.getdoc(machine.free_start) or "").partition("\n")[0].rstrip(".")
+    free = head_of(machine.free_start)
     default = (
         "the stable orbit, or else the first" if known and at_orbit else free[:1].lower() + free[1:]
     )
@@ -551,13 +539,14 @@ def add_out(
     parser: argparse.ArgumentParser,
     pictures: tuple[str, ...] = PICTURES,
     pages: tuple[str, ...] = (),
+    data: tuple[str, ...] = DATA,
 ) -> None:
     """Add the option for output files; ``pages`` are suffixes of reports."""
-    parser.set_defaults(suffixes=DATA + pictures + pages)
+    parser.set_defaults(suffixes=data + pictures + pages)
+    kinds = {"the data": data, "a picture": pictures, "a report": pages}
+    listed = [f"{what} ({', '.join(suffixes)})" for what, suffixes in kinds.items() if suffixes]
     parser.add_argument(
         "--out", action="append", default=[], metavar="FILE",
-        help=f"write the data ({', '.join(DATA)})"
-        + (f", a picture ({', '.join(pictures)})" if pictures else "")
-        + (f" or a report ({', '.join(pages)})" if pages else "")
-        + "; may be repeated; an existing file is replaced",
+        help=f"write {', '.join(listed[:-1])}{' or ' * (len(listed) > 1)}{listed[-1]}; may be "
+        "repeated; an existing file is replaced",
     )  # fmt: skip

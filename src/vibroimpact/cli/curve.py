@@ -9,7 +9,7 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import check_choice, path_of
+from vibroimpact._core.checks import check_choice, check_kind, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve
@@ -19,6 +19,8 @@ from vibroimpact.cli import common
 from vibroimpact.cli.branch import Bounds, add_branch, along_of, branches_of
 from vibroimpact.cli.output import Done
 from vibroimpact.plotting import plot_curves, plot_plane
+from vibroimpact.results.files import NETCDF, read
+from vibroimpact.sweeps.execution.store import read_store
 
 EXAMPLE = (
     "  vibroimpact curve impact-damper/A --branch omega=0.9:1.0 --at NS1 --bounds omega=0.7:1.2 "
@@ -109,12 +111,9 @@ def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callabl
     """Function that draws the plane of motions of --behind, a file or a store; None without one."""
     if (path := arguments.behind) is None:
         return None
-    path_of("behind", path)
-    try:
-        store = path.suffix.lower() != ".nc"
-        data = xr.open_zarr(path) if store else xr.open_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError) as error:
-        raise InvalidParameterError(f"behind = {path}: cannot be read ({error}).") from error
+    path = path_of("behind", path)
+    data = read("behind", path) if path.suffix.lower() == NETCDF else read_store("behind", path)
+    check_kind("behind", data, xr.Dataset, "a plane, as vibroimpact plane writes")
     if [*names] != [name for name in data.dims if name in names]:
         raise InvalidParameterError(
             f"behind = {path}: holds {', '.join(map(str, data.dims))}; need a plane of {' and '.join(names)}, in "

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
+from vibroimpact._core.checks import path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.cli import common
@@ -22,7 +23,6 @@ from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.state import State, names_of_state
 from vibroimpact.plotting import plot_along, plot_plane
 from vibroimpact.sweeps.analyses.motion_codes import flags
-from vibroimpact.sweeps.execution.store import store_path
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import observer_of
 from vibroimpact.sweeps.observers.table import OBSERVERS
@@ -169,7 +169,7 @@ def report(
     picture: Callable[[], Axes],
 ) -> Done:  # fmt: skip
     """Report of what moves, what was varied, how the members ended, more lines, and what was kept where."""
-    store = [f"kept in {store_path(arguments.store)}"] if arguments.store else []
+    store = [f"kept in {path_of('store', arguments.store)}"] if arguments.store else []
     lines = [system_over(case, arguments.over), _shape(found, arguments.over), _ends(found)]
     return Done([*lines, *more, *store], found, picture)
 

@@ -1,22 +1,27 @@
-"""The machine of the command line, whose parameters become options."""
+"""Command vibroimpact machines: the catalogue, one line each, and a gallery of pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import argparse
 
-from vibroimpact.machines.registry import DEFAULT, MACHINES
-from vibroimpact.machines.toml_file import machine_in
+from vibroimpact._core.docstrings import head_of
+from vibroimpact.cli import common
+from vibroimpact.cli.output import Done
+from vibroimpact.machines.registry import MACHINES, machine_of
+from vibroimpact.plotting.gallery import gallery
+from vibroimpact.plotting.report import PAGES
+
+EXAMPLE = "  vibroimpact machines --out gallery.html"
 
 
-def machine_in_words(words: Sequence[str]) -> str:
-    """Name of the machine, from the case, NAME or NAME/CASE, or else from the file of --config."""
-    before = ["", *words]
-    for last, word in zip(before, words, strict=False):
-        name = word.partition("/")[0]
-        if name in MACHINES and not last.startswith("--"):
-            return name
-    for last, word in zip(before, words, strict=False):
-        file = word if last == "--config" else word.removeprefix("--config=")
-        if last == "--config" or file != word:
-            return machine_in(file) or DEFAULT
-    return DEFAULT
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    common.add_out(parser, (), PAGES, ())
+
+
+def run(_: argparse.Namespace) -> Done:
+    """List the machines."""
+    width = max(map(len, MACHINES)) + 2
+    lines = [f"{name:{width}}{head_of(machine_of(name))}" for name in MACHINES]
+    more = "vibroimpact show NAME has equations, parameters, units, source, and what to try."
+    return Done([*lines, "", more], page=lambda: gallery([*MACHINES]))

@@ -1,23 +1,28 @@
 """The command ``vibroimpact``: parse, call one public function, write files.
 
 Exit status: 0 done, 1 numerical failure (the reason in a sentence), 2 misuse (value, what is
-allowed, what to do), 130 interrupted. Nothing is left half-written in any case.
+allowed, what to do), 130 interrupted, 141 nobody reads what is printed. Nothing is left half-written in any case.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
-from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
+from vibroimpact._core.errors import InvalidParameterError, VibroImpactError, printable
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
+PIPE_CLOSED = 141  # as of a program that the signal of a broken pipe ends
 COMMANDS = {  # a file of this folder each
+    "machines": "list the machines of the catalogue, with a gallery of their pictures",
+    "show": "show a machine: equations, parameters, units, defaults, source, and what to try",
     "reproduce": "redo every figure and number of a publication, with a verdict on each",
     "simulate": "simulate a motion and record every impact",
     "orbit": "find the symmetric 1-1-1 orbits of an impact damper, with multipliers and stability",
@@ -54,36 +59,81 @@ def main(argv: Sequence[str] | None = None) -> int:
     int
         The exit status.
     """
+    os.environ["MPLBACKEND"] = "agg"  # pictures go to files: any other might be missing here
     words = _joined(sys.argv[1:] if argv is None else argv)
     arguments = argparse.Namespace(words=words)  # a report states its command
+    return _flushed(_ran(words, arguments))
+
+
+def _ran(words: list[str], arguments: argparse.Namespace) -> int:
+    """Run the command line; an error is a sentence on standard error."""
     try:
+        if not sys.stdout:
+            raise VibroImpactError("standard output is closed. Nothing was computed.")
         parser().parse_args(words, arguments)
-        sys.stdout.write(_done(arguments) + "\n")
+        sys.stdout.write(_done(arguments))
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE
     except InvalidParameterError as error:
         return _report(str(error), MISUSE)
     except VibroImpactError as error:
         return _report(str(error), FAILED)
+    except MemoryError:
+        return _report("the memory is full; nothing was written. Compute less at once.", FAILED)
     except KeyboardInterrupt as stop:
         return _report(str(stop) or _interrupted(arguments), INTERRUPTED)
+    except BrokenPipeError:
+        return PIPE_CLOSED
+    except OSError as error:
+        return _report(f"cannot write ({error.strerror or error}).", FAILED)
     return DONE
+
+
+def _flushed(status: int) -> int:
+    """Status, when all is printed; what cannot be is dropped, and a full disk is a failure."""
+    for stream in filter(None, (sys.stdout, sys.stderr)):
+        try:
+            stream.flush()
+        except BrokenPipeError:
+            _dropped(stream)
+            status = status or PIPE_CLOSED
+        except OSError as error:
+            _dropped(stream)
+            if stream is sys.stdout:
+                status = status or _report(f"cannot write ({error.strerror}).", FAILED)
+    return status
+
+
+def _dropped(stream: TextIO) -> None:
+    """Let what is left in a stream go nowhere: Python would try again at its end."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 def _done(arguments: argparse.Namespace) -> str:
     """Run a command, write its files, and return what it prints."""
-    from vibroimpact._core.checks import check_target  # loads numpy
+    from vibroimpact._core.checks import path_of  # loads numpy
+    from vibroimpact._core.files import check_target
     from vibroimpact.cli.common import check_interrupted
     from vibroimpact.cli.output import write
 
-    arguments.out = [Path(one) for one in arguments.out]
-    for path in arguments.out:
+    arguments.out = [path_of("out", one) for one in arguments.out]
+    for i, path in enumerate(arguments.out):
         check_target(path, arguments.suffixes)
+        if os.path.realpath(path) in map(os.path.realpath, arguments.out[:i]):
+            raise InvalidParameterError(f"out = {path}: is given twice. Name each file once.")
     done = arguments.run(arguments)
     check_interrupted(*done.said)
+    said = _encodable("".join(f"{one}\n" for one in done.said))
     written = write(arguments.out, done)
-    files = [f"wrote {', '.join(map(str, written))}"] if written else []
-    return "\n".join([*map(str, done.said), *files])
+    return said + (_encodable(f"wrote {', '.join(map(str, written))}\n") if written else "")
+
+
+def _encodable(text: str) -> str:
+    """Text that standard output can show, with escapes for what it cannot."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    return printable(text).encode(encoding, "backslashreplace").decode(encoding)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -130,7 +180,7 @@ class _Command(argparse.ArgumentParser):
     def _complete(self, words: Sequence[str]) -> None:
         if self.epilog:
             return
-        from vibroimpact.cli.machines import machine_in_words  # loads numpy
+        from vibroimpact.cli.machine_words import machine_in_words  # loads numpy
 
         module = module_of((self.prog or "").split()[-1])
         self.epilog = f"example:\n{module.EXAMPLE}"
@@ -162,13 +212,17 @@ def _joined(argv: Sequence[str]) -> list[str]:
 def _interrupted(arguments: argparse.Namespace) -> str:
     """Message for an interruption without one of its own: the files that are kept."""
     store = getattr(arguments, "store", None)
-    if store and Path(store).exists():
+    if store and Path(store).expanduser().exists():
         return f"interrupted; no file was written. {store} is kept; the same command continues it."
     return "interrupted; nothing was written."
 
 
 def _report(message: str, status: int) -> int:
-    sys.stderr.write(f"vibroimpact: {message}\n")
+    if sys.stderr:
+        encoding = getattr(sys.stderr, "encoding", None) or "utf-8"
+        text = f"vibroimpact: {message}\n".encode(encoding, "backslashreplace").decode(encoding)
+        with suppress(OSError):
+            sys.stderr.write(text)
     return status
 
 

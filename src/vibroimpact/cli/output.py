@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from vibroimpact._core.files import replacing
-from vibroimpact.plotting import save
+from vibroimpact._core.files import write_files
 from vibroimpact.plotting.report import PAGES
-from vibroimpact.plotting.style import PICTURES
-from vibroimpact.results.files import write as write_data
+from vibroimpact.plotting.style import PICTURES, content_of_picture
+from vibroimpact.results.files import content_of
 
 Picture = Callable[[], Axes]
 
@@ -31,32 +30,25 @@ class Done(NamedTuple):
 
 def write(paths: Sequence[Path], done: Done) -> list[Path]:
     """Write files by their suffixes, all of them or none, and return their names."""
-    files = [pair for path in paths for pair in _files(path, done)]
     plt.switch_backend("agg")  # a file needs no window and no display
-    with ExitStack() as stack:
-        for path, put in files:
-            put(stack.enter_context(replacing(path)))
-    return [path for path, _ in files]
+    contents = {path: content for one in paths for path, content in _files(one, done)}
+    write_files(contents, "out")
+    return [*contents]
 
 
-def _files(path: Path, done: Done) -> Iterator[tuple[Path, Callable[[Path], object]]]:
-    """Functions that write the files of one name."""
+def _files(path: Path, done: Done) -> Iterator[tuple[Path, bytes]]:
+    """Files of one name, with their contents."""
     suffix = path.suffix.lower()
-    if suffix in PICTURES and (draw := done.picture):
-        yield path, lambda to: _draw(draw, to)
-    elif suffix in PAGES and (page := done.page):
-        yield path, lambda to: to.write_text(page(), encoding="utf-8")
+    if suffix in PICTURES and done.picture:
+        with _drawn(done.picture) as ax:
+            yield path, content_of_picture(ax, suffix)
+    elif suffix in PAGES and done.page:
+        yield path, done.page().encode()
     elif isinstance(data := done.data, list | tuple):
         for i, one in enumerate(data, 1):
-            numbered = path.with_stem(f"{path.stem}-{i}")
-            yield numbered, lambda to, one=one: write_data(one, to)  # type: ignore[misc]
+            yield path.with_stem(f"{path.stem}-{i}"), content_of(one, suffix)
     else:
-        yield path, lambda to: write_data(data, to)
-
-
-def _draw(picture: Picture, path: Path) -> None:
-    with _drawn(picture) as ax:
-        save(ax, path)
+        yield path, content_of(data, suffix)
 
 
 def rehearse_picture(paths: Sequence[Path], picture: Picture) -> None:

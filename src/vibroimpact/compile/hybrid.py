@@ -13,6 +13,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -306,6 +307,10 @@ class Compiled:
         for code in (*h.codes, *codes):
             if code not in self.codes:
                 self._add_mode(code)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies, in other processes too, are compiled again: with the same modes in the same order."""
+        return Compiled, (self.mechanism, self.pace, tuple(self.codes))
 
     @cached_property
     def _paced(self) -> Floats:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -109,6 +109,10 @@ class GivenSystem:
         self.names: list[str] = []  # of modes, by their codes
         self.steps: list[float] = []
         self._compile()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies, in other processes too, are compiled again."""
+        return GivenSystem, (self.system, self.units)
 
     def code(self, mode: str, surface: int = -1) -> int:
         """Code of a mode: those given, then of every surface A, B entered there, and what slides."""

@@ -101,7 +101,7 @@ class Unresolved:
     reason: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Curve:
     """Points of a solution curve, in order of its arclength.
 

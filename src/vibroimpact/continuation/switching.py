@@ -35,7 +35,7 @@ LARGEST_SLOPE = 0.25  # (3) is accepted within this; a distant point of a parabo
 NULL_SINGULAR_VALUE = 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Switch:
     """Start on the other branch.
 

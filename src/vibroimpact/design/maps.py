@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vibroimpact._core.checks import check_progress, refusal
+from vibroimpact._core.checks import check_memory, check_progress, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
@@ -21,6 +22,7 @@ from vibroimpact.model.system import System
 from vibroimpact.results.result import Result
 from vibroimpact.sweeps.axes import parameter_axes
 
+BYTES_PER_MACHINE = 2**8  # parameters, value, reduction
 BATCH_MACHINES = 64  # so many machines are simulated together
 
 
@@ -104,7 +106,7 @@ class DesignMap(Result):
         )  # fmt: skip
 
 
-@interruptible("nothing is kept")
+@interruptible("nothing is kept", whole=True)
 def design_map(
     system: System,
     over: Mapping[str, ArrayLike],
@@ -162,6 +164,8 @@ def design_map(
         if np.any(np.diff(values) <= 0.0):
             raise InvalidParameterError(f"over[{name!r}]: must rise.")
     check_progress(progress)
+    machines = math.prod(map(len, axes.values()))
+    check_memory("over", machines, BYTES_PER_MACHINE, "Give fewer values.")
     judge = judge_of(system, objective, tuple(axes), workers)
     mesh = np.meshgrid(*axes.values(), indexing="ij")
     table, shape = np.column_stack([part.ravel() for part in mesh]), mesh[0].shape

@@ -27,6 +27,7 @@ from vibroimpact._core.checks import (
     check_choice,
     check_count,
     check_kind,
+    check_memory,
     ends_of,
     names_arguments,
     nonnegative,
@@ -54,6 +55,7 @@ Aim = Literal["small", "large"]
 Kind = Literal["worst", "mean"]
 Spread = Mapping[str, float | tuple[float, float]]
 
+BYTES_PER_MEMBER = 2**8  # of a member: start, parameters, what is observed
 LINEAR_VALUES = 101  # the machine without impacts is measured at so many values of the band
 # A ratio of powers has ten times its logarithm, one of all other quantities twenty times.
 DECIBELS_OF_RATIO = {"power": 10.0}
@@ -126,6 +128,12 @@ class Objective:
         check_choice("aim", self.aim, ["small", "large"])
         check_count("points", self.points, 2)
         check_count("starts", self.starts, 1)
+        check_memory(
+            "points",
+            self.points,
+            int(self.starts) * BYTES_PER_MEMBER,
+            "Take fewer, or fewer starts.",
+        )
         check_count("seed", self.seed, 0, LARGEST_SEED)
         checked = {
             "bounds": ends_of("bounds", self.bounds),
@@ -318,8 +326,9 @@ class Judge:
         return with_parameters(self.system, dict(zip(self.names, row.tolist(), strict=True)))
 
     def finer(self, times: int, *, seed: int = 0) -> Judge:
-        """Return a judge with ``times`` as many steps over the band and starts; seed 0 keeps its own."""
+        """Return a judge with ``refine`` times as many steps over the band and starts; seed 0 keeps its own."""
         o = self.objective
+        check_memory("refine", times, times * o.points * o.starts * BYTES_PER_MEMBER, "Take less.")
         finer = replace(
             o, points=times * (o.points - 1) + 1, starts=times * o.starts, seed=seed or o.seed
         )

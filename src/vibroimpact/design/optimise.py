@@ -395,7 +395,7 @@ def optimise(
         that it does not have; an objective that is the same for all machines; constraints that no
         machine satisfies; a store of another search.
     KeyboardInterrupt
-        Ctrl-C before the first generation is complete.
+        Ctrl-C before the first machines are judged.
 
     Notes
     -----
@@ -422,9 +422,9 @@ def optimise(
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("refine", refine, 0)
     check_progress(progress)
-    search = Search(
-        [judge], variables, constraints_of(constraints), store, seed=seed, refine=refine
-    )
+    search = Search([judge], variables, constraints_of(constraints), seed=seed, refine=refine)
+    if store is not None:
+        search.open(store)
     unit, interrupted = units_of(system).unit(judge.measure.dimension), False
     with Reporter(progress, "optimise") as report:
 
@@ -443,8 +443,8 @@ def optimise(
                 why += _refined(search, budget)
             why += _verified(search, budget, FURTHER_ROUNDS if refine else 0)
         except KeyboardInterrupt:
-            if not search.worth:
-                raise
+            if not search.evaluated:
+                raise KeyboardInterrupt("interrupted; no machine was judged yet.") from None
             interrupted, why = True, "interrupted; the best machine until then is kept"
     search.over()
     if interrupted:

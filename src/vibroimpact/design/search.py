@@ -17,8 +17,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import check_target, ends_of, is_function, path_of, real, refusal
+from vibroimpact._core.checks import ends_of, is_function, path_of, real, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.files import check_target
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.design.objective import Judge
@@ -90,10 +91,6 @@ class Search:
     groups: list[int] = field(default_factory=list)
     evaluated: int = 0  # how many of them this search has come to; the others are of the store
     level: int = 0  # number of the judge in use
-
-    def __post_init__(self) -> None:
-        if self.store is not None:
-            self._open()
 
     def __call__(self, table: Floats) -> Floats:
         """Worth of machines, shape (k, d) to (k,): less is better; those not allowed are worst."""
@@ -230,8 +227,9 @@ class Search:
 
     # ---- the store ---------------------------------------------------------------------------
 
-    def _open(self) -> None:
-        path = path_of("store", self.store)
+    def open(self, store: str | os.PathLike[str]) -> None:
+        """Keep the record in a file, and take what an earlier search has left there."""
+        self.store = path = path_of("store", store)
         check_target(path, (NETCDF,), "store")
         if not path.exists():
             return
@@ -240,10 +238,33 @@ class Search:
             raise InvalidParameterError(
                 f"store = {path}: holds another search. Name another file, or repeat that one."
             )
-        self.table = list(data["table"].values)
-        self.worth = data["worth"].values.tolist()
-        self.levels = data["levels"].values.tolist()
-        self.groups = [int(k) for k in data["groups"].values]
+        try:
+            table, worth, levels, groups = (
+                data[name].values for name in ("table", "worth", "levels", "groups")
+            )
+            self._check_record(table, worth, levels, groups)
+        except (KeyError, ValueError, TypeError) as error:
+            raise InvalidParameterError(
+                f"store = {path}: is damaged ({error}). Name another file."
+            ) from error
+        self.table = list(table)
+        self.worth, self.levels, self.groups = worth.tolist(), levels.tolist(), groups.tolist()
+
+    def _check_record(self, table: Any, worth: Any, levels: Any, groups: Any) -> None:
+        """Refuse what no search has recorded."""
+        low, high = self.variables.low, self.variables.high
+        count = len(worth)
+        for what, right in (
+            (
+                "machines",
+                table.shape == (count, len(low)) and np.all((low <= table) & (table <= high)),
+            ),
+            ("worth", worth.shape == (count,) and np.isfinite(worth).all()),
+            ("levels", levels.shape == (count,) and np.isin(levels, range(len(self.judges))).all()),
+            ("groups", np.all(np.diff(groups, prepend=0) > 0) and groups[-1:].sum() <= count),
+        ):
+            if not right:
+                raise ValueError(what)
 
     def _record(self) -> xr.Dataset:
         return xr.Dataset(

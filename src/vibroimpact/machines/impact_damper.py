@@ -9,20 +9,17 @@ Stop A is x2 - x1 = +half_clearance (the paper's section), stop B is x2 - x1 = -
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 from vibroimpact._core.checks import (
-    check_flag,
     check_stop_name,
     fraction,
-    names_arguments,
     nonnegative,
     positive,
     real,
 )
-from vibroimpact.machines.machine import Machine
-from vibroimpact.machines.units import of_quantity
+from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
@@ -30,12 +27,11 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 
 
-@names_arguments(
+@machine(
     M1="Give SI values to ImpactDamper.from_physical.",
     friction=FRICTIONLESS,
     stiffness="Give omega_n. Stops are rigid.",
 )
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ImpactDamper(Machine):
     """Two-degree-of-freedom impact damper, in any consistent units.
 
@@ -79,14 +75,26 @@ class ImpactDamper(Machine):
     5.235988
     """
 
-    mass_ratio: float
-    omega_n: float = field(metadata=of_quantity("frequency"))
-    zeta: float
-    restitution: float
-    half_clearance: float = field(metadata=of_quantity("length"))
-    omega: float = field(metadata=of_quantity("frequency"))
-    force: float = field(default=1.0, metadata=of_quantity("force"))
-    mass: float = field(default=1.0, metadata=of_quantity("mass", "main mass $M_1$"))
+    source = "The paper on the impact damper, equations (1) to (4): docs/references.bib, paper."
+    to_try = (
+        (
+            "branch impact-damper/A --bounds omega=0.5:1.5 --out branch.svg",
+            "stability and bifurcations",
+        ),
+        ("simulate impact-damper/2a --impacts 4000 --out history.svg", "a figure of the paper"),
+    )
+    example: ClassVar[Mapping[str, float]] = {
+        "mass_ratio": 0.1, "omega_n": 0.5, "zeta": 0.045, "restitution": 0.8, "half_clearance": 5.0, "omega": 1.2,
+    }  # fmt: skip
+
+    mass_ratio: float = parameter(positive, advice="It is M2 / M1.")
+    omega_n: float = parameter(nonnegative, "frequency")
+    zeta: float = parameter(nonnegative)
+    restitution: float = parameter(fraction)
+    half_clearance: float = parameter(positive, "length", advice="Without play there is no impact.")
+    omega: float = parameter(positive, "frequency", advice="The force must be periodic.")
+    force: float = parameter(positive, "force", default=1.0)
+    mass: float = parameter(positive, "mass", "main mass $M_1$", default=1.0)
     si: bool = field(default=False, compare=False)
 
     physical: ClassVar[Mapping[str, str]] = {
@@ -97,25 +105,8 @@ class ImpactDamper(Machine):
         "D": ("half_clearance", 0.5), "Omega": ("omega", 1.0), "F0": ("force", 1.0),
     }  # fmt: skip
 
-    def __post_init__(self) -> None:
-        checks = {
-            "mass_ratio": positive("mass_ratio", self.mass_ratio, "It is M2 / M1."),
-            "omega_n": nonnegative("omega_n", self.omega_n),
-            "zeta": nonnegative("zeta", self.zeta),
-            "restitution": fraction("restitution", self.restitution),
-            "half_clearance": positive(
-                "half_clearance", self.half_clearance, "Without play there is no impact."
-            ),
-            "omega": positive("omega", self.omega, "The force must be periodic."),
-            "force": positive("force", self.force),
-            "mass": positive("mass", self.mass),
-        }
-        for name, value in checks.items():
-            object.__setattr__(self, name, value)
-        check_flag("si", self.si)
-
     @classmethod
-    def from_physical(
+    def from_physical(  # type: ignore[override]
         cls,
         *,
         M1: float,

@@ -12,14 +12,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 from vibroimpact._core.checks import (
-    check_flag,
     check_stop_name,
     fraction,
-    names_arguments,
     nonnegative,
     positive,
     real,
@@ -27,20 +25,28 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact.machines.machine import Machine
-from vibroimpact.machines.units import of_quantity
+from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
 
-@names_arguments(
+def _distance(name: str, value: float | None) -> float | None:
+    """Distance to a stop; None where there is no stop, which infinity means, too."""
+    if value is None:
+        return None
+    number = real_or_infinite(name, value, "a finite number, or left out where there is no stop")
+    if is_infinite(number) and number > 0.0:
+        return None
+    return real(name, number, "a finite number, or left out where there is no stop")
+
+
+@machine(
     stiffness="Give omega_n, or K to ImpactOscillator.from_physical.",
     half_clearance="Give clearance, and the same as lower_clearance for stops on both sides.",
     friction=FRICTIONLESS,
 )
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ImpactOscillator(Machine):
     """Forced linear oscillator with one stop or two, in any consistent units.
 
@@ -89,16 +95,31 @@ class ImpactOscillator(Machine):
     ('1-1-0', True)
     """
 
-    zeta: float
-    omega: float = field(metadata=of_quantity("frequency"))
-    restitution: float
-    clearance: float = field(metadata=of_quantity("length", "clearance $s$"))
-    lower_clearance: float | None = field(
-        default=None, metadata=of_quantity("length", "lower clearance $s_B$")
+    source = (
+        "S. W. Shaw, P. J. Holmes, J. Sound Vib. 90 (1983) 129-155; A. B. Nordmark, Non-periodic motion caused by "
+        "grazing incidence in an impact oscillator, J. Sound Vib. 145 (1991) 279-297; undamped, C. Budd, F. Dux, "
+        "Chattering and related behaviour in impact oscillators, Phil. Trans. R. Soc. A 347 (1994) 365-389."
     )
-    force: float = field(default=1.0, metadata=of_quantity("force"))
-    omega_n: float = field(default=1.0, metadata=of_quantity("frequency"))
-    mass: float = field(default=1.0, metadata=of_quantity("mass", "mass $m$"))
+    to_try = (
+        ("diagram impact-oscillator --zeta 0.02 --restitution 0.8 --clearance 0 --over omega=2:6:300 --out d.png",
+         "one impact per period, per two, ..., chaos between"),
+        ("simulate impact-oscillator --zeta 0 --restitution 0.5 --clearance 0.2 --omega 0.7 --out chatter.svg",
+         "chatter and rest on the stop"),
+    )  # fmt: skip
+    example: ClassVar[Mapping[str, float]] = {
+        "zeta": 0.02, "omega": 2.0, "restitution": 0.8, "clearance": 0.0,
+    }  # fmt: skip
+
+    zeta: float = parameter(nonnegative)
+    omega: float = parameter(positive, "frequency", advice="The force must be periodic.")
+    restitution: float = parameter(fraction)
+    clearance: float = parameter(real, "length", "clearance $s$")
+    lower_clearance: float | None = parameter(
+        _distance, "length", "lower clearance $s_B$", default=None
+    )
+    force: float = parameter(positive, "force", default=1.0)
+    omega_n: float = parameter(positive, "frequency", default=1.0)
+    mass: float = parameter(positive, "mass", "mass $m$", default=1.0)
     si: bool = field(default=False, compare=False)
 
     physical: ClassVar[Mapping[str, str]] = {
@@ -110,20 +131,8 @@ class ImpactOscillator(Machine):
         "F0": ("force", 1.0),
     }  # fmt: skip
 
-    def __post_init__(self) -> None:
-        checks = {
-            "zeta": nonnegative("zeta", self.zeta),
-            "omega": positive("omega", self.omega, "The force must be periodic."),
-            "restitution": fraction("restitution", self.restitution),
-            "clearance": real("clearance", self.clearance),
-            "lower_clearance": _distance("lower_clearance", self.lower_clearance),
-            "force": positive("force", self.force),
-            "omega_n": positive("omega_n", self.omega_n),
-            "mass": positive("mass", self.mass),
-        }
-        for name, value in checks.items():
-            object.__setattr__(self, name, value)
-        check_flag("si", self.si)
+    def _check_together(self) -> None:
+        """Refuse stops without a gap between them."""
         if not -self._below < self.clearance:
             raise InvalidParameterError(
                 f"clearance = {self.clearance}, lower_clearance = {self.lower_clearance}: their sum "
@@ -131,7 +140,7 @@ class ImpactOscillator(Machine):
             )
 
     @classmethod
-    def from_physical(
+    def from_physical(  # type: ignore[override]
         cls,
         *,
         M: float,
@@ -236,13 +245,3 @@ class ImpactOscillator(Machine):
         if self.lower_clearance is None:
             raise InvalidParameterError('stop = "B": does not exist. Give lower_clearance.')
         return State((-self.lower_clearance,), (speed,), theta)
-
-
-def _distance(name: str, value: float | None) -> float | None:
-    """Distance to a stop; None where there is no stop, which infinity means, too."""
-    if value is None:
-        return None
-    number = real_or_infinite(name, value, "a finite number, or left out where there is no stop")
-    if is_infinite(number) and number > 0.0:
-        return None
-    return real(name, number, "a finite number, or left out where there is no stop")

@@ -7,6 +7,8 @@ import math
 from dataclasses import asdict
 from typing import Any, cast
 
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.texts import json_of
 from vibroimpact.machines.registry import machine_of_class, name_of
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.elements.table import KINDS
@@ -58,10 +60,27 @@ def _restored(make: Any, stored: Any) -> Any:
     return make(**{name: _restored(records.get(name), value) for name, value in stored.items()})
 
 
-def system_of(text: str) -> System | None:
-    """System of a text of :func:`text_of`; None if the system is code."""
-    numbers = json.loads(text)
+def system_of(text: Any) -> System | None:
+    """System of a text of :func:`text_of`; None if the system is code.
+
+    Raises
+    ------
+    InvalidParameterError
+        Another text.
+    """
+    numbers = json_of("system", text)
+    try:
+        return _system_of(numbers)
+    except InvalidParameterError:
+        raise
+    except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
+        raise InvalidParameterError(f"system: is described otherwise ({error!r}).") from error
+
+
+def _system_of(numbers: Any) -> System | None:
     kind = numbers.pop("type")
+    if not isinstance(kind, str):
+        raise TypeError(f"type = {kind}")
     if kind != "Mechanism":
         machine = machine_of_class(kind) if numbers else None  # None for a class of the user
         return cast(System, machine(**numbers)) if machine else None

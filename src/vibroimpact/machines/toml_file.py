@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import inspect
 import os
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from vibroimpact._core.checks import names_arguments, path_of, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.texts import read_toml
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.quantities import checked, number_in
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
@@ -78,7 +77,7 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
     InvalidParameterError
         No such file, no TOML, an unknown or missing table or name, a value out of range.
     """
-    tables = _read_toml(path_of("config", path))
+    tables = read_toml("config", path_of("config", path))
     systems = sorted(set(tables) & set(TABLES))
     unknown = sorted(set(tables) - set(TABLES) - {"start"})
     if len(systems) != 1 or unknown:
@@ -100,7 +99,7 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
 def machine_in(path: str | os.PathLike[str]) -> str | None:
     """Name of the machine in a file; None if there is none, or if the file cannot be read."""
     try:
-        tables = _read_toml(path_of("config", path))
+        tables = read_toml("config", path_of("config", path))
     except InvalidParameterError:
         return None
     names = (SHORT_TABLES.get(table, table).partition(".")[0] for table in tables)
@@ -118,17 +117,19 @@ def _system(path: Any, name: str, table: Any) -> Any:
     if isinstance(table, dict) and [*table] == [PHYSICAL]:
         physical, name, table = PHYSICAL, f"{name}.{PHYSICAL}", table[PHYSICAL]
     if physical:
-        if not hasattr(make, "from_physical"):
-            raise InvalidParameterError(
-                f"config = {path}: [{name}]: has no SI units. Give [{machine}]."
-            )
-        table = _measured(path, f"[{name}]", table, machine_of(machine).physical, si=True)
-        make = make.from_physical
+        quantities = machine_of(machine).physical or _quantities(machine_of(machine))
+        table = _measured(path, f"[{name}]", table, quantities, si=True)
+        make = cast(Any, make).from_physical
     elif isinstance(table, dict):
-        quantities = dict.fromkeys(parameters_of(machine_of(machine)), "")
-        quantities |= {k: one.quantity for k, one in quantities_of(machine_of(machine)).items()}
+        quantities = _quantities(machine_of(machine))
         table = _measured(path, f"[{name}]", table, quantities, si=table.get("si") is True)
     return _built(path, f"[{name}]", make, table)
+
+
+def _quantities(machine: type[Machine]) -> dict[str, str]:
+    """Quantities of the parameters of a machine."""
+    known = {name: one.quantity for name, one in quantities_of(machine).items()}
+    return dict.fromkeys(parameters_of(machine), "") | known
 
 
 def _measured(path: Any, where: str, table: Any, quantities: Mapping[str, str], *, si: bool) -> Any:
@@ -153,20 +154,6 @@ def _measured(path: Any, where: str, table: Any, quantities: Mapping[str, str], 
     }
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        raise InvalidParameterError(
-            f"config = {path}: cannot be read ({reason}). Name a TOML file."
-        ) from error
-    except tomllib.TOMLDecodeError as error:
-        raise InvalidParameterError(
-            f"config = {path}: is not valid TOML ({error}). Correct that place."
-        ) from error
-
-
 def _hybrid(path: Any, table: Any) -> HybridSystem:
     """A hybrid system with its modes, guards and transitions built."""
     made = dict(table) if isinstance(table, dict) else {}
@@ -186,11 +173,12 @@ def _hybrid(path: Any, table: Any) -> HybridSystem:
 
 def _element(path: Any, where: str, table: Any) -> Any:
     kinds = ", ".join(f'"{kind}"' for kind in KINDS)
-    if not isinstance(table, dict) or table.get("kind") not in KINDS:
-        kind = f"kind = {shown(table['kind'])}" if "kind" in table else "kind: missing"
+    kind = table.get("kind") if isinstance(table, dict) else None
+    if not isinstance(kind, str) or kind not in KINDS:
+        kind = "kind: missing" if kind is None else f"kind = {shown(kind)}"
         raise InvalidParameterError(f"config = {path}: {where}: {kind}; must be one of {kinds}.")
     rest = {name: value for name, value in table.items() if name != "kind"}
-    return _nested(path, where, KINDS[table["kind"]], rest)
+    return _nested(path, where, KINDS[kind], rest)
 
 
 def _nested(path: Any, where: str, make: Any, given: Any) -> Any:
@@ -255,10 +243,11 @@ def _built(path: Any, where: str, make: Callable[..., Any], table: Any) -> Any:
             f"config = {path}: {where} must be a table of names and values."
         )
     names = inspect.signature(make).parameters
-    missing = [n for n, p in names.items() if p.default is p.empty and n not in table]
+    free = any(p.kind is p.VAR_KEYWORD for p in names.values())
+    missing = [n for n, p in names.items() if not free and p.default is p.empty and n not in table]
     try:
         for name in table:
-            if name not in names and not isinstance(make, type):  # classes have better messages
+            if not (free or name in names or isinstance(make, type)):  # which have better messages
                 raise unknown_keyword(where, name, [*names])
         if missing and not table.keys() - names:
             raise InvalidParameterError(f"{', '.join(missing)}: missing.")

@@ -26,6 +26,7 @@ UNITS = {  # of quantities, in SI
     "energy": "J",
     "power": "W",
     "mass": "kg",
+    "unbalance": "kg m",
     "stiffness": "N/m",
     "damping": "N s/m",
 }
@@ -50,7 +51,8 @@ def quantities_of(system: object) -> dict[str, Quantity]:
     """Quantities of the parameters of a system; numbers without dimension are left out."""
     if not is_dataclass(system):
         return {}
-    return {f.name: f.metadata["quantity"] for f in fields(system) if "quantity" in f.metadata}
+    found = {f.name: f.metadata.get("quantity", Quantity()) for f in fields(system)}
+    return {name: one for name, one in found.items() if one.quantity or one.label}
 
 
 class Units(NamedTuple):

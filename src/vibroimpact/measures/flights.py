@@ -92,6 +92,10 @@ class Rows:
         self.rate = numeric_value(self.pieces.rate)
         self._modes: dict[int, Any] = {}
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies, in other processes too, are made again."""
+        return Rows, (self.system, self.parameter)
+
     def _mode(self, code: int) -> Any:
         if code not in self._modes:
             self._modes[code] = self.pieces.mode(code)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibroimpact._core.chebyshev import real_zeros_of
-from vibroimpact._core.checks import memory_of_machine, refusal
+from vibroimpact._core.checks import memory_here, refusal
 from vibroimpact._core.types import Floats
 from vibroimpact._core.windows import values_at
 from vibroimpact.compile.prescribed import WINDOW_NODES, WINDOW_RADIANS
@@ -37,7 +37,7 @@ def check_span(name: str, value: object, rows: Rows, span: float) -> None:
     """Refuse a time over which the series of a motion would exceed the memory of this machine."""
     windows = span * rows.rate / WINDOW_RADIANS
     needed = windows * BYTES_PER_COEFFICIENT * WINDOW_NODES * (rows.pieces.size + 1)
-    if not needed <= memory_of_machine():
+    if not needed <= memory_here():
         raise refusal(
             name,
             value,

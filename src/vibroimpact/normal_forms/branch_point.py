@@ -45,7 +45,7 @@ NO_CROSSING = "no two curves cross with different tangents"
 UNDECIDED = "the cubic term does not decide"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class BranchPoint:
     """Normal form (1) at a transcritical point or a pitchfork.
 

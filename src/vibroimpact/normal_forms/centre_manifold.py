@@ -33,7 +33,7 @@ from vibroimpact.normal_forms.critical import Critical, Refusal, critical_multip
 from vibroimpact.normal_forms.forms import Forms, jacobian
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CentreManifold:
     """Reduction of a map to its centre manifold, in the notation of the paper.
 

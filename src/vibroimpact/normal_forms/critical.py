@@ -68,7 +68,7 @@ class NormalForm(Protocol):
         """Whether all multipliers that are not critical lie inside the unit circle."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Refusal:
     """Result where a normal form does not exist, or does not decide.
 

@@ -55,7 +55,7 @@ class FixedPointStatus(StrEnum):
     LEFT_DOMAIN = "left the domain"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FixedPoint:
     """Fixed point of a map, or the last iterate of a search without convergence.
 
@@ -94,7 +94,7 @@ class FixedPoint:
         return self.converged and bool(np.all(np.abs(self.multipliers) < 1.0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MapForms:
     """Multilinear forms of an explicit map at a point; see :class:`vibroimpact.normal_forms.Forms`.
 

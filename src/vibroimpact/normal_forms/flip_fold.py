@@ -47,7 +47,7 @@ FLAT = "a cusp, or a pitchfork (kind BP)"
 BRANCHES_CROSS = "two branches cross here (kind BP), this is not a fold"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Flip:
     """Normal form (1) at a period doubling, or at the symmetry breaking of a half map.
 
@@ -118,7 +118,7 @@ class Flip:
         return given("unfolding", self.unfolding)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fold:
     """Normal form (4) at a fold.
 

@@ -56,7 +56,7 @@ UNDECIDED = "the cubic term does not decide (a Chenciner point, or an area-prese
 TOUCHES = "in this parameter the pair touches the unit circle without crossing it"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NeimarkSacker:
     """Normal form (1) at a Neimark-Sacker point, and the circle it predicts.
 

@@ -82,7 +82,7 @@ class NewCurve:
 NO_CURVES: tuple[NewCurve, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CodimensionTwo:
     """Normal form at a point of codimension two: its coefficients, and what is born there.
 

@@ -54,6 +54,12 @@ class Guess(NamedTuple):
     states: Floats
     durations: Floats
 
+    def __eq__(self, other: object) -> bool:
+        return self is other  # arrays have no truth value
+
+    def __hash__(self) -> int:
+        return id(self)
+
 
 def find_orbit(
     system: System,

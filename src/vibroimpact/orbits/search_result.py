@@ -42,7 +42,7 @@ class GuessEnd(StrEnum):
     NOWHERE = "without convergence"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class OrbitSearch(Result):
     """Orbits of a search, without repetition, with statistics of the search.
 

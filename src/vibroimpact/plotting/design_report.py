@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from os import PathLike
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_kind, check_target, path_of
-from vibroimpact._core.files import replacing
+from vibroimpact._core.checks import check_kind, path_of
+from vibroimpact._core.files import check_target, write_files
 from vibroimpact.design.optimise import Design
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.machine_table import parameter_words
@@ -74,8 +74,7 @@ def write_report(
     check_target(target, PAGES, "path")
     check_kind("title", title, str, "a text")
     text = design_report(best, response(), title=title)
-    with replacing(target) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_files({target: text.encode()})
 
 
 def _in_brief(best: Design) -> Iterator[str]:

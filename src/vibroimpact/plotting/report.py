@@ -17,9 +17,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_flag, check_kind, check_target, path_of
+from vibroimpact._core.checks import check_flag, check_kind, path_of
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.files import replacing
+from vibroimpact._core.files import check_target, write_files
 from vibroimpact.machines.registry import name_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Rms, coefficients_of
@@ -101,8 +101,7 @@ def write_report(
     check_target(target, PAGES, "path")
     check_flag("decibel", decibel)
     text = report_of(response, title=title, compare=compare, decibel=decibel)
-    with replacing(target) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_files({target: text.encode()})
 
 
 # ---- sentences -----------------------------------------------------------------------------------
@@ -448,6 +447,6 @@ def repeat_section(response: Response, command: str) -> list[Block]:
 def picture_of(ax: Axes) -> bytes:
     """The figure of some axes, which is closed then."""
     try:
-        return style.svg_of(ax)
+        return style.content_of_picture(ax, ".svg")
     finally:
         plt.close(cast(Figure, ax.get_figure(root=True)))

@@ -17,7 +17,8 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibroimpact._core.checks import check_kind, check_target, path_of
+from vibroimpact._core.checks import check_kind, path_of
+from vibroimpact._core.files import check_target, write_files
 
 # Okabe and Ito's palette (https://jfly.uni-koeln.de/color/)
 BLACK = "#000000"
@@ -123,16 +124,14 @@ def save(ax: Axes, path: str | PathLike[str]) -> None:
     check_kind("ax", ax, Axes, "the Axes that a plot function returned")
     target = path_of("path", path)
     check_target(target, PICTURES, "path")
-    figure = cast(Figure, ax.get_figure(root=True))
-    with mpl.rc_context(RC):
-        figure.savefig(target, metadata=UNDATED.get(target.suffix.lower()))
+    write_files({target: content_of_picture(ax, target.suffix.lower())})
 
 
-def svg_of(ax: Axes) -> bytes:
-    """The figure of ``ax`` as SVG, without a date inside."""
+def content_of_picture(ax: Axes, suffix: str) -> bytes:
+    """Content of a file of the figure of ``ax``, without a date inside."""
     figure, data = cast(Figure, ax.get_figure(root=True)), BytesIO()
     with mpl.rc_context(RC):
-        figure.savefig(data, format="svg", metadata=UNDATED[".svg"])
+        figure.savefig(data, format=suffix[1:], metadata=UNDATED.get(suffix))
     return data.getvalue()
 
 

@@ -26,6 +26,7 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
+    check_memory,
     nonnegative,
     positive,
     real,
@@ -74,6 +75,7 @@ STEPS = Steps(first=0.05, largest=2.0, points=600)
 MOST_NAMED_MOTIONS = 8  # a list names so many motions at most
 END_KIND = -1  # no stretch begins at the last point of a curve, which has this kind
 SAME_TOUCH_OF_BAND = 1e-6  # touches that are so near, relative to the band, are at one value
+BYTES_PER_VALUE = 2**12  # of every value the band has some members, with their motions
 TRIED_MOTIONS = 3  # an orbit is looked for from so many simulated motions of a kind
 
 
@@ -386,7 +388,7 @@ def _same(known: Answer, simulated: Answer, size: float) -> bool:
     return known.stability <= Stability.NEUTRAL and abs(known.value - simulated.value) < near
 
 
-@interruptible("nothing is kept")
+@interruptible("nothing is kept", whole=True)
 def frequency_response(
     system: System,
     parameter: str,
@@ -487,6 +489,7 @@ def frequency_response(
         ("depth", depth, 0),
     ):
         check_count(name, value, least)
+    check_memory("points", points, BYTES_PER_VALUE, "Take fewer.")
     nonnegative("settle_periods", settle_periods)
     positive("periods", periods)
     check_steps(steps, progress)

@@ -1,22 +1,37 @@
 """Results in files: netCDF that comes back to the last bit, CSV for tables.
 
 A file holds what ``to_dataset`` gives, for any program that reads netCDF, and beside it in ``stored_...`` what is
-needed to make the same result again (tree.py). Files are opened and closed here and nowhere else.
+needed to make the same result again (tree.py). It ends with the digest of all bytes before, which programs that read
+netCDF do not look at. Files are made and read here and nowhere else.
+
+Method      the digest is compared before anything of a file is interpreted                                    (1)
+            of what HDF5 offers, only plain arrays are taken that are in the file at full length, so that reading takes
+            no more memory than the file has bytes, and reads no other file                                    (2)
+            numbers are taken as they are stored: no scales, offsets, fill values, calendars                   (3)
 """
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vibroimpact._core.checks import check_target, path_of, refusal
+from vibroimpact._core.checks import (
+    check_flag,
+    memory_here,
+    path_of,
+    refusal,
+    shortened,
+    shown,
+)
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.files import replacing
+from vibroimpact._core.files import check_target, read_bytes, write_files
 from vibroimpact._core.lazy import xr
 from vibroimpact.results.result import Result, dataframe_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
@@ -27,7 +42,15 @@ FORMAT = "vibroimpact result 1"
 STORED = "stored_"  # begins names of variables that are not for reading
 TEXT = STORED + "text"
 SEEN_AS = {"complex128": np.float64, "bool": np.int8}  # types that netCDF has not, as their bytes
+MAGIC = b"\x89HDF\r\n\x1a\n"  # HDF5 files begin with it
+NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
+SEAL = b"\nvibroimpact sha256 "  # at the end of a file, before the digest of all before
+DIGEST_CHARACTERS = 64
+MOST_WORDS_AT_ONCE = (
+    64  # words of an array are read so many at a time, until they are more than the file holds
+)
 ADVICE = "Give what vibroimpact.save wrote."
+DAMAGED = "Take a whole copy. vibroimpact.load(path, damaged=True) reads what is left; numbers may be wrong."
 
 
 def save(result: Any, path: str | os.PathLike[str]) -> None:
@@ -49,11 +72,10 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
     """
     target = path_of("path", path)
     check_target(target, SUFFIXES, "path")
-    with replacing(target) as temporary:
-        write(result, temporary)
+    write_files({target: content_of(result, target.suffix)})
 
 
-def load(path: str | os.PathLike[str], system: Any = None) -> Any:
+def load(path: str | os.PathLike[str], system: Any = None, *, damaged: bool = False) -> Any:
     """Read a result that :func:`save` wrote to a .nc file.
 
     Parameters
@@ -64,6 +86,9 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
         Needed where the system is code, as a :class:`~vibroimpact.Family`, an
         :class:`~vibroimpact.normal_forms.ExplicitMap` or a class of your own, which a file cannot hold. The same
         function or class must be given; all numbers are those of the file.
+    damaged
+        Read a file, too, that is not as it was written, by a damage or by another program. Its numbers may be wrong,
+        and HDF5 may fail on it in any way. Only for a file that you cannot get again, from somebody you trust.
 
     Returns
     -------
@@ -73,9 +98,18 @@ def load(path: str | os.PathLike[str], system: Any = None) -> Any:
     Raises
     ------
     InvalidParameterError
-        No such file, no result in it or one of another format; no system where one is needed, or another one.
+        No such file, no result in it or one of another format; a file that is not as it was written; no system where
+        one is needed, or another one.
     """
-    return result_of(read(path), system)
+    check_flag("damaged", damaged)
+    return read("path", path_of("path", path), system, damaged=damaged)
+
+
+def read(name: str, path: Path, system: Any = None, *, damaged: bool = False) -> Any:
+    """Read a result as :func:`load` does; errors begin with ``name``."""
+    where = f"{name} = {path}"
+    content = read_bytes(name, path, memory_here(), ADVICE)
+    return result_of(_dataset_in(where, netcdf_in(where, content, damaged=damaged)), system)
 
 
 def dataset_of(result: Any) -> xr.Dataset:
@@ -117,6 +151,8 @@ def result_of(data: xr.Dataset, system: Any = None) -> Any:
 
 
 def _whole(pool: Any, kind: str) -> Any:
+    if pool.dtype.name != np.dtype(SEEN_AS.get(kind, kind)).name or pool.ndim != 1:
+        raise ValueError(f"{STORED}{kind} are {pool.dtype}")
     return pool.view(kind) if kind in SEEN_AS else pool
 
 
@@ -128,30 +164,88 @@ def _damage() -> Iterator[None]:
     except InvalidParameterError:
         raise
     except KeyError as error:
-        raise InvalidParameterError(f"data: {error.args[0]} is missing. {ADVICE}") from error
-    except (ValueError, TypeError, IndexError, AttributeError, ImportError) as error:
-        raise InvalidParameterError(f"data: is damaged ({error}). {ADVICE}") from error
+        raise InvalidParameterError(f"data: {shown(error.args[0])} is missing. {ADVICE}") from error
+    except Exception as error:
+        raise InvalidParameterError(f"data: is damaged ({_short(error)}). {ADVICE}") from error
+
+
+def _short(error: Exception) -> str:
+    """An error of another library in a line."""
+    return shortened(f"{type(error).__name__}: {error}")
 
 
 # ---- the files ---------------------------------------------------------------------------------------
 
 
-def write(result: Any, path: Path) -> None:
-    """Write a result to a file of one of the suffixes."""
-    if path.suffix.lower() == NETCDF:
-        dataset_of(result).to_netcdf(path, engine="h5netcdf")
-    else:
-        table = result.to_dataframe() if isinstance(result, Result) else dataframe_of(result)
-        table.to_csv(path, index=False)
+def content_of(result: Any, suffix: str) -> bytes:
+    """Content of a file of one of the suffixes."""
+    if suffix.lower() == NETCDF:
+        data = dataset_of(result).drop_encoding()
+        plain = {name: {"_FillValue": None} for name in data.variables}  # (3)
+        content: bytes = bytes(data.to_netcdf(engine="h5netcdf", encoding=plain))
+        return content + SEAL + hashlib.sha256(content).hexdigest().encode()
+    table = result.to_dataframe() if isinstance(result, Result) else dataframe_of(result)
+    return str(table.to_csv(index=False)).encode()
 
 
-def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a netCDF file."""
-    target = path_of("path", path)
+def netcdf_in(where: str, content: bytes, *, damaged: bool) -> bytes:
+    """The netCDF of a file, if it is what was written (1)."""
+    end = len(content) - len(SEAL) - DIGEST_CHARACTERS
+    netcdf, seal = content[: max(end, 0)], content[max(end, 0) :]
+    if seal == SEAL + hashlib.sha256(netcdf).hexdigest().encode():
+        return netcdf
+    if damaged:
+        return netcdf if seal.startswith(SEAL) else content
+    if not content.startswith(MAGIC):
+        raise InvalidParameterError(f"{where}: cannot be read (no netCDF file). {ADVICE}")
+    what = (
+        "its digest is not that of its content" if seal.startswith(SEAL) else "its end is missing"
+    )
+    raise InvalidParameterError(
+        f"{where}: is damaged, or was changed by another program ({what}). {DAMAGED}"
+    )
+
+
+def _dataset_in(where: str, netcdf: bytes) -> xr.Dataset:
+    """Dataset of a netCDF file, with the numbers that are stored (3)."""
+    import h5py
+
+    plain: dict[str, Any] = {
+        "mask_and_scale": False,
+        "decode_times": False,
+        "concat_characters": False,
+    }
     try:
-        with xr.open_dataset(target, engine="h5netcdf", decode_times=False) as opened:
+        with h5py.File(BytesIO(netcdf), "r") as file:
+            for name in file:
+                _check_plain(file, name, len(netcdf))
+        with xr.open_dataset(BytesIO(netcdf), engine="h5netcdf", **plain) as opened:
             return opened.load()
-    except (OSError, ValueError) as error:
+    except Exception as error:
         raise InvalidParameterError(
-            f"path = {target}: cannot be read ({error}). {ADVICE}"
+            f"{where}: cannot be read ({_short(error)}). {ADVICE}"
         ) from error
+
+
+def _check_plain(file: Any, name: str, size: int) -> None:
+    """Refuse what is no plain array that is in the file at full length (2)."""
+    import h5py
+
+    if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+        raise ValueError(f"{shown(name)} is a link")
+    one = file[name]
+    if not isinstance(one, h5py.Dataset):
+        raise ValueError(f"{shown(name)} is no array")
+    made = one.id.get_create_plist()
+    if made.get_nfilters() or made.get_external_count() or one.is_virtual:
+        raise ValueError(f"{shown(name)} is packed, or in another file")
+    if bytes(one.attrs.get("NAME", b"")).startswith(NO_VARIABLE):
+        return  # a dim, of which only the length is read
+    if one.nbytes > size:
+        raise ValueError(f"{shown(name)} is larger than the file")
+    if h5py.check_string_dtype(one.dtype):
+        held = 0
+        for at in range(0, len(one), MOST_WORDS_AT_ONCE):
+            held += sum(map(len, one[at : at + MOST_WORDS_AT_ONCE].ravel()))
+            if held > size:
+                raise ValueError(f"the words of {shown(name)} are longer than the file")

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from enum import Enum
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -49,6 +49,10 @@ class Result:
     """
 
     __slots__ = ()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Fields: copies, in other processes too, compute again what follows from them."""
+        return {one.name: getattr(self, one.name) for one in fields(cast(Any, self))}
 
     def plot(self, *shown: Any, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the result.

@@ -3,6 +3,7 @@
 Method      An object is its class, by name, and the arguments of its class, which are among its attributes under
             the same names, perhaps with an underscore before. Each is written once and referred to by its number.
             Floats are written so that they come back, numbers of arrays of one type one after the other.
+            Only classes and functions of ROOMS are found again, which neither read nor write files.
             Functions, and objects of classes, that are not the package's are code, which a file cannot hold: their
             names are kept, and the arguments of the class of a dataclass. Whoever reads gives the system again, and
             its function or its class is taken from there.
@@ -15,7 +16,7 @@ import hashlib
 import inspect
 import json
 from collections.abc import Mapping
-from dataclasses import is_dataclass
+from dataclasses import fields, is_dataclass
 from enum import Enum
 from importlib import import_module
 from types import FunctionType
@@ -27,8 +28,17 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
+from vibroimpact.results.result import DIMS, ROWS
 
 PACKAGE = "vibroimpact"
+ROOMS = (
+    "attractors", "bifurcations", "branches", "compile", "continuation", "design", "machines", "measures", "model",
+    "normal_forms", "orbits", "response", "simulation", "sweeps.starts", "tori", "transients",
+)  # fmt: skip
+PLAIN: dict[str, Any] = {  # what fields hold that are declared in one word
+    "int": int, "float": (int, float), "str": str, "bool": bool,
+    "Floats": "f", "Complexes": "c", "Flags": "b", "Integers": "iu", "Codes": "iu",
+}  # fmt: skip
 Array = NDArray[Any]
 Pools = dict[str, Array]  # numbers of all arrays, by the name of their type
 
@@ -61,7 +71,7 @@ def object_of(tree: Tree, named: Mapping[str, Array], system: Any = None) -> Any
     InvalidParameterError
         Code in it and no system, or a system that has none of that name.
     """
-    given = json.loads(tree.text)
+    given = json.loads(tree.text)  # a depth that Python has not ends as RecursionError
     reader = _Reader(given["objects"], tree.pools, named, system)
     found = reader.read(given["root"])
     if system is not None and not reader.used:
@@ -82,11 +92,11 @@ def _place(kind: Any) -> str | None:
 def _at(place: str) -> Any:
     """Class or function of a name that :func:`_place` gave; others are refused."""
     module, _, name = place.rpartition(":")
-    ours = f"{module}.".startswith(f"{PACKAGE}.")
+    ours = f"{module}.".startswith(tuple(f"{PACKAGE}.{room}." for room in ROOMS))
     found = getattr(import_module(module), name, None) if ours else None
     if _place(found) != place:
         raise InvalidParameterError(
-            f"data: {place} is no class of this version of the package. Compute the result again."
+            f"data: {shown(place)} is no class of this version of the package. Compute the result again."
         )
     return found
 
@@ -183,6 +193,8 @@ class _Reader:
         self.objects, self.pools, self.named, self.system = objects, pools, named, system
         self.used = False
         self._made: dict[int, Any] = {}
+        self._arrays: dict[str, Array] = {}  # an array that two objects share is one again
+        self._left = {kind: pool.size for kind, pool in pools.items()}
 
     def read(self, tree: Any) -> Any:
         """Value of its JSON."""
@@ -199,7 +211,12 @@ class _Reader:
             return self._array(tree)
         if "words" in tree:
             words = [self.read(word) for word in tree["words"]]
-            return np.array(words, dtype=tree["dtype"]).reshape(tree["shape"])
+            kind = np.dtype(tree["dtype"])
+            if kind.kind != "O" and not (
+                kind.kind == "U" and kind.itemsize <= 4 * max(map(len, words), default=1)
+            ):
+                raise TypeError(f"words are {kind}")
+            return np.array(words, dtype=kind).reshape(tree["shape"])
         if "tuple" in tree:
             return tuple(self.read(part) for part in tree["tuple"])
         if "dict" in tree:
@@ -209,12 +226,21 @@ class _Reader:
         return _at(tree["enum"])[tree["name"]]
 
     def _array(self, tree: dict[str, Any]) -> Array:
+        key = json.dumps(tree)
+        if key not in self._arrays:
+            self._arrays[key] = self._new_array(tree)
+        return self._arrays[key]
+
+    def _new_array(self, tree: dict[str, Any]) -> Array:
         if "variable" in tree:
             array = np.array(self.named[tree["variable"]])
         else:
+            kind, at = tree["array"], tree["at"]
             size = int(np.prod(tree["shape"], dtype=int))
-            flat = self.pools[tree["array"]][tree["at"] : tree["at"] + size]
-            array = flat.copy().reshape(tree["shape"])
+            self._left[kind] -= size
+            if at < 0 or self._left[kind] < 0:
+                raise ValueError(f"arrays are more than the numbers {kind}")
+            array = self.pools[kind][at : at + size].copy().reshape(tree["shape"])
         array.flags.writeable = tree["writeable"]
         return array
 
@@ -229,7 +255,9 @@ class _Reader:
         if not isinstance(kind, type):
             raise TypeError(f"{kind} is no class")
         found = {name: self._argument(kind, name, part) for name, part in tree["arguments"].items()}
-        return kind(**found)
+        made = kind(**found)
+        _check_fields(made)
+        return made
 
     def _argument(self, kind: type, name: str, part: Any) -> Any:
         """An argument; a function of the user's is that of the given system."""
@@ -254,6 +282,35 @@ class _Reader:
                 f"system = {shown(self.system)}: the file holds a result of {tree['shown']}. Give that one."
             )
         return given
+
+
+def _check_fields(made: Any) -> None:
+    """Refuse an object whose fields are not of the types and of the lengths that its class declares."""
+    for name, declared in getattr(type(made), "__annotations__", {}).items():
+        value = getattr(made, name, None)
+        if (wanted := PLAIN.get(declared)) is None:
+            continue
+        right = (
+            getattr(getattr(value, "dtype", None), "kind", " ") in wanted
+            if isinstance(wanted, str)
+            else isinstance(value, wanted)
+        )
+        if not right:
+            raise TypeError(f"{type(made).__name__}.{name} = {shown(value)} is no {declared}")
+    lengths: dict[str, int] = {}
+    for one in fields(made) if is_dataclass(made) else ():
+        value = getattr(made, one.name)
+        if value is None:
+            continue
+        sizes = (
+            zip(one.metadata.get(DIMS, ()), np.shape(value), strict=True)
+            if DIMS in one.metadata
+            else ()
+        )
+        rows = [(dim, len(value)) for dim in one.metadata.get(ROWS, ())[:1] if value]
+        for dim, length in (*sizes, *rows):
+            if lengths.setdefault(dim, length) != length:
+                raise ValueError(f"{one.name} has {length} of {dim}, others have {lengths[dim]}")
 
 
 class Missing:

@@ -29,7 +29,7 @@ from vibroimpact.simulation.simulate import (
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MapDerivative:
     """Derivative of the map from a start to the state after its last event, or at ``t_max``.
 

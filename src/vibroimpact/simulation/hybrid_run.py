@@ -41,7 +41,7 @@ KEPT = (
 )  # of what the kernel records
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class HybridRun(Result):
     """A simulated motion of a :class:`HybridSystem`; arrays are read-only.
 

@@ -53,7 +53,7 @@ ERRORS_OF_CERTAINTY = 3.0
 ROUNDING_OF_GROWTH = 2.0**-48  # every product adds some ulp to a growth
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LyapunovEstimate(Result):
     """Largest Lyapunov exponent of a motion, without the neutral direction of time.
 

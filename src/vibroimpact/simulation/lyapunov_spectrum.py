@@ -81,7 +81,7 @@ NEVER_FREE = (
 )
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class LyapunovSpectrum(Result):
     """All Lyapunov exponents of a motion, without the neutral direction of time.
 

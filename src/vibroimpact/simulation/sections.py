@@ -42,7 +42,7 @@ EVENTS_PER_POINT = 64
 LEAST_POSITION_OF_PATH = 2.0**-20
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Section(Result):
     """Points of a motion on a section, read-only.
 

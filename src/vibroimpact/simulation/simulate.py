@@ -15,7 +15,7 @@ from vibroimpact._core.checks import (
     check_count,
     check_kind,
     check_memory,
-    memory_of_machine,
+    memory_here,
     numbers,
     real_or_infinite,
     refusal,
@@ -107,7 +107,7 @@ GOES_ON = (RunEnd.IMPACTS, RunEnd.EVENTS)
 ENDS_QUIETLY = (RunEnd.SILENT, RunEnd.QUIET)  # a motion ends so only without t_max
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Run(Result):
     """A simulated motion: arrays with one entry per event, read-only.
 
@@ -497,7 +497,7 @@ def simulate(system: System, start: State, *, impacts: int = 1000, t_max: float 
     first, first_mode = np.array(at.y), at.mode
     parts, why = [], RunEnd.MISSING
     remaining = int(impacts)
-    room = memory_of_machine() // size
+    room = memory_here() // size
     events = room if t_max < math.inf else min(events_for(mechanism, remaining), room)
     while why is RunEnd.MISSING:
         part, at = _record(compiled, at, remaining, t_max, events)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import inspect
-import json
 from collections.abc import Callable
 from itertools import product
 from typing import Any
@@ -14,6 +13,7 @@ import xarray as xr
 from vibroimpact._core.checks import check_kind, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import interruptible
+from vibroimpact._core.texts import json_of
 from vibroimpact.machines.json_text import system_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State, names_of_state
@@ -82,7 +82,7 @@ def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: A
         made, given = _system(found, system), _arguments(found, shared)
     except InvalidParameterError:
         raise
-    except (KeyError, ValueError, TypeError, StopIteration) as error:
+    except (LookupError, ValueError, TypeError, AttributeError, StopIteration) as error:
         raise InvalidParameterError(
             f"found: its attributes are damaged ({error!r}). Give what vi.{name} returned."
         ) from error
@@ -96,13 +96,15 @@ def _arguments(found: xr.Dataset, shared: tuple[str, ...]) -> dict[str, Any]:
     read: dict[str, Callable[[], Any]] = {
         "over": lambda: {name: found[name].values for name in _swept(found)},
         "start": lambda: _start(found),
-        "observe": lambda: _observers(json.loads(attrs["observe"])),
+        "observe": lambda: _observers(json_of("observe", attrs["observe"])),
         "follow": lambda: attrs["follow"] or None,
         "settle_periods": lambda: float(attrs["settle_periods"]),
         "periods": lambda: float(attrs["periods"]),
         "most_impacts": lambda: int(attrs["most_impacts"]),
     }
-    own = json.loads(attrs["call"])
+    own = json_of("call", attrs["call"])
+    if kept := {*own} & {*HOW}:
+        raise ValueError(f"{', '.join(sorted(kept))}: is never written down")
     objects: dict[str, Callable[[Any], Any]] = {
         "start": lambda state: State(**state),
         "observe": _observers,
@@ -131,7 +133,7 @@ def _system(found: xr.Dataset, given: System | None) -> System:
 
 def _check_whole(found: xr.Dataset) -> None:
     """Refuse a part of a dataset."""
-    sizes = json.loads(found.attrs["sizes"])
+    sizes = json_of("sizes", found.attrs["sizes"])
     for name, size in sizes.items():
         have = found.sizes.get(name, 0)
         if have != size or (name != "start" and name not in found.coords):
@@ -153,7 +155,7 @@ def _observers(described: list[dict[str, Any]]) -> list[Observer]:
 
 def _start(found: xr.Dataset) -> Start:
     """Starts; those of a grid and of a list from their coordinates."""
-    described = json.loads(found.attrs["start"])
+    described = json_of("start", found.attrs["start"])
     kind = described.pop("kind")
     if kind == "listed":
         return _listed(found)
@@ -166,7 +168,7 @@ def _start(found: xr.Dataset) -> Start:
 
 
 def _listed(found: xr.Dataset) -> ListedStarts:
-    degrees = len(json.loads(found.attrs["mechanism"])["mass"])
+    degrees = len(json_of("mechanism", found.attrs["mechanism"])["mass"])
     names = names_of_state(degrees)
     if not {*names} <= {*found.coords}:
         raise InvalidParameterError("found: does not hold its listed starts. Give start=... .")
@@ -174,6 +176,7 @@ def _listed(found: xr.Dataset) -> ListedStarts:
     return ListedStarts(columns[:, :degrees], columns[:, degrees:-1], columns[:, -1])
 
 
+HOW = ("store", "backend", "workers", "client", "tile", "progress")  # a dataset does not say this
 WINDOW = ("settle_periods", "periods", "most_impacts")
 SWEEP = ("over", "start", "observe", "follow", *WINDOW)
 MAKERS: dict[str, tuple[Callable[..., xr.Dataset], tuple[str, ...]]] = {

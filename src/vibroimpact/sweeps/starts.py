@@ -140,7 +140,7 @@ class OneStart:
 
 
 @names_arguments()
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class RandomStarts:
     """Random starts, drawn uniformly; the same ones at every value of the parameters.
 
@@ -238,7 +238,7 @@ class RandomStarts:
 
 
 @names_arguments()
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GridStarts:
     """Starts on a grid of some coordinates, for basins of attraction.
 

@@ -17,8 +17,9 @@ from vibroimpact._core.checks import (
     LARGEST_COUNT,
     check_count,
     check_progress,
-    memory_of_machine,
+    memory_here,
     nonnegative,
+    path_of,
     positive,
     refusal,
     shown,
@@ -33,7 +34,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.sweeps.axes import corners, parameter_axes
 from vibroimpact.sweeps.execution.backends import backend_of
 from vibroimpact.sweeps.execution.compute import Done
-from vibroimpact.sweeps.execution.store import Store, opened, store_path
+from vibroimpact.sweeps.execution.store import Store, opened
 from vibroimpact.sweeps.execution.tiles import (
     Tile,
     compiled_bytes,
@@ -161,7 +162,7 @@ def sweep(
     {'omega': 2, 'half_clearance': 3}
     """
     plan = plan_of(system, over, start, observe, follow, settle_periods, periods, most_impacts)
-    path = None if store is None else store_path(store)
+    path = None if store is None else path_of("store", store)
     compute_tiles = backend_of(backend)
     if client is not None and backend != "dask":
         raise InvalidParameterError(f"client = {shown(client)}: is for backend = 'dask'.")
@@ -307,10 +308,10 @@ class Memory:
 
     def __init__(self, schema: Schema, sizes: tuple[int, ...]) -> None:
         size = math.prod(schema.grid.values()) * schema.member_bytes
-        if size > memory_of_machine():
+        if size > memory_here():
             raise InvalidParameterError(
-                f"over, start, observe: results of {size / 1e9:.3g} GB, more than this machine's "
-                "memory. Give store=..., a folder to keep them in, or fewer values."
+                f"over, start, observe: results of {size / 1e9:.3g} GB, more than the memory "
+                "here. Give store=..., a folder to keep them in, or fewer values."
             )
         self.schema, self.arrays = schema, schema.empty()
         self.missing = list(tiles_of(tuple(schema.grid.values()), sizes))

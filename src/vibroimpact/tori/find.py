@@ -62,6 +62,12 @@ class CircleGuess(NamedTuple):
     points: Floats
     rotation_number: float
 
+    def __eq__(self, other: object) -> bool:
+        return self is other  # arrays have no truth value
+
+    def __hash__(self) -> int:
+        return id(self)
+
 
 def find_circle(
     system: System | ExplicitMap,

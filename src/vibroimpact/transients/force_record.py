@@ -10,6 +10,7 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from vibroimpact._core.checks import (
     vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.texts import read_text
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.results.result import Result, along
@@ -36,6 +38,7 @@ if TYPE_CHECKING:
 Kind = Literal["force", "base"]
 KINDS = ("force", "base")
 DELIMITERS = ";\t,"
+MOST_BYTES = 2**28  # of a file of a record
 COMMENT = "#"
 # Samples that are so near to a straight line, in ulp of the largest value, are on it.
 STRAIGHT_ULPS = 4.0
@@ -160,16 +163,16 @@ class ForceRecord(Result):
             A file that cannot be read, a line with too few columns or with what is no number, times
             that do not rise; the message names file, line and value.
         """
-        name = os.fspath(path_of("path", path))
+        file = path_of("path", path)
         scale, clock = real("factor", factor), positive("time_factor", time_factor)
         spacing = None if step is None else positive("step", step)
-        table = _table(name)
+        table = _table(file)
         if values is None:
             values = 1 if spacing is None else 0
         found = table.column(values)
         count = np.arange(len(found), dtype=float)
         if len(found) < 2:
-            raise InvalidParameterError(f"{name}: {len(found)} samples; a record has 2 or more.")
+            raise InvalidParameterError(f"{file}: {len(found)} samples; a record has 2 or more.")
         with np.errstate(over="ignore"):  # what is infinite is refused
             times: Floats = table.times(time) if spacing is None else spacing * count
             return cls(times * clock, found * scale, row, kind)
@@ -329,14 +332,10 @@ class _Table(NamedTuple):
         )
 
 
-def _table(name: str) -> _Table:
+def _table(path: Path) -> _Table:
     """The fields of a file."""
-    try:
-        with open(name, encoding="utf-8-sig", newline=None) as file:
-            text = file.read()
-    except (OSError, UnicodeDecodeError) as error:
-        reason = error.strerror if isinstance(error, OSError) else "it is no text"
-        raise InvalidParameterError(f"path = {name}: cannot be read ({reason}).") from None
+    name = str(path)
+    text = read_text("path", path, MOST_BYTES, "Give the arrays: ForceRecord(time, values).")
     kept = [
         (number, line)
         for number, line in enumerate(text.splitlines(), 1)

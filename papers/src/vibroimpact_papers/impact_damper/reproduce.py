@@ -12,6 +12,7 @@ from typing import TypeVar
 import xarray as xr
 
 from vibroimpact import _kernel
+from vibroimpact._core.files import write_files
 from vibroimpact._core.progress import Display
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.folder import whole_folder
@@ -285,7 +286,8 @@ def _write(folder: Path, data: xr.Dataset) -> str:
     name = figure if figure != "none" else f"bifurcations-{data.attrs['set']}"
     numeric = [key for key, variable in data.data_vars.items() if variable.dtype.kind in "fi"]
     packed = {key: {"zlib": True} for key in numeric}
-    data.to_netcdf(folder / f"{name}.nc", engine="h5netcdf", encoding=packed)
+    content = bytes(data.to_netcdf(engine="h5netcdf", encoding=packed))
+    write_files({folder / f"{name}.nc": content})
     return f"{name}.nc"
 
 

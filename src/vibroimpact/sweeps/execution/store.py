@@ -5,6 +5,8 @@ Method      chunks are tiles, so that no chunk is written twice. Of a tile, all 
             renames chunks into place: a tile is done if and only if its chunk of ``end`` is there
             and not empty                                                                       (1)
             the store itself is made under another name, complete with the specification, and renamed (2)
+            chunks have checksums. Tiles that do not agree with theirs are computed again; a store that is
+            not laid out as its specification says is refused                                       (3)
 Assumes     a local or shared file system on which a rename within a folder is atomic
 Fails       StoreError where nothing can be written (disc full, no permission); what is there stays
 Reference   Zarr format 3
@@ -13,10 +15,10 @@ Reference   Zarr format 3
 from __future__ import annotations
 
 import fcntl
+import hashlib
 import json
 import os
-import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -24,26 +26,23 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibroimpact._core.checks import path_of, refusal
-from vibroimpact._core.errors import BackendUnavailableError, InvalidParameterError, StoreError
+from vibroimpact._core.checks import shortened
+from vibroimpact._core.errors import (
+    BackendUnavailableError,
+    InvalidParameterError,
+    StoreError,
+    warn,
+)
+from vibroimpact._core.files import draft_folder
+from vibroimpact._core.texts import json_of
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
 from vibroimpact.sweeps.schema import END, Schema
 from vibroimpact.sweeps.specification import SPECIFICATION_ATTRIBUTE, SweepSpec
 
 MOST_SHOWN_DIFFERENCES = 6  # a message lists so many differences between two specifications at most
+DIGEST = "digest"  # attribute of a store: that of all its other attributes
 PARTIAL = "*.partial"  # what Zarr calls a chunk that is not written to its end
-
-
-def store_path(store: str | os.PathLike[str]) -> Path:
-    """The folder that a user names, ``~`` replaced."""
-    path = path_of("store", store)
-    try:
-        return path.expanduser()
-    except RuntimeError:
-        raise refusal(
-            "store", store, "the name of a folder", f"{path.parts[0]} is no user's home."
-        ) from None
 
 
 class Store:
@@ -57,11 +56,10 @@ class Store:
 
     def __init__(self, path: Path, schema: Schema) -> None:
         self.path, self.schema = path, schema
-        self.group = _zarr().open_group(path, mode="r+")
-        for name in schema.variables:
-            if name not in self.group:
-                raise StoreError(f"store = {str(path)!r}: {name} is gone from it. Name another.")
-        self.arrays = {name: self.group[name] for name in schema.variables}
+        with _readable(path):
+            self.group = _zarr().open_group(path, mode="r+")
+            self.arrays = {name: self.group[name] for name in schema.variables}
+            _check_layout(self.group, schema)
 
     @property
     def tile(self) -> tuple[int, ...]:
@@ -74,6 +72,22 @@ class Store:
         """Tiles that are not done (1)."""
         tiles = tiles_of(tuple(self.schema.grid.values()), self.tile)
         return [tile for tile in tiles if not _filled(self._chunk(END, tile))]
+
+    def drop_damaged(self) -> None:
+        """Take tiles that cannot be read as they were written for not done (3)."""
+        missing = {tile.chunk for tile in self.missing}
+        for tile in tiles_of(tuple(self.schema.grid.values()), self.tile):
+            if tile.chunk in missing:
+                continue
+            try:
+                for array in self.arrays.values():
+                    array[tile.place]
+            except Exception as error:
+                reason = shortened(f"{type(error).__name__}: {error}")
+                warn(
+                    f"store = {str(self.path)!r}: a tile is damaged ({reason}) and is computed again."
+                )
+                self._chunk(END, tile).unlink()
 
     def write(self, tile: Tile, results: Arrays) -> None:
         """Write a tile (1)."""
@@ -99,8 +113,7 @@ class Store:
 
     def dataset(self) -> xr.Dataset:
         """The results, read when they are wanted."""
-        whole: xr.Dataset = xr.open_zarr(self.path, consolidated=False)
-        return whole[list(self.schema.variables)]
+        return read_store("store", self.path)[list(self.schema.variables)]
 
     def _chunk(self, name: str, tile: Tile) -> Path:
         """The file of a tile's chunk."""
@@ -108,6 +121,30 @@ class Store:
         own = (0,) * (array.ndim - len(tile.chunk))
         key: str = array.metadata.encode_chunk_key((*tile.chunk, *own))
         return self.path / name / key
+
+
+def read_store(name: str, path: Path) -> xr.Dataset:
+    """Dataset of a store, whose numbers are read when they are wanted, as they are stored.
+
+    Raises
+    ------
+    InvalidParameterError
+        No store; the message begins with ``name``.
+    BackendUnavailableError
+        Zarr is not installed.
+    """
+    try:
+        _check_attributes(dict(_zarr().open_group(path, mode="r").attrs))
+        whole: xr.Dataset = xr.open_zarr(
+            path, consolidated=False, mask_and_scale=False, decode_times=False
+        )
+    except BackendUnavailableError:
+        raise
+    except Exception as error:
+        reason = shortened(f"{type(error).__name__}: {error}")
+        raise InvalidParameterError(f"{name} = {path}: cannot be read ({reason}).") from error
+    del whole.attrs[DIGEST]
+    return whole
 
 
 @contextmanager
@@ -150,6 +187,7 @@ def opened(
                 f"tile: store = {str(path)!r} has tiles of {store.tile}, not {tile}. "
                 "Leave tile out; it does not change the results."
             )
+        store.drop_damaged()
         yield store
 
 
@@ -162,25 +200,26 @@ def _make(path: Path, schema: Schema, tile: tuple[int, ...]) -> None:
         raise InvalidParameterError(
             f"store = {str(path)!r}: {str(path.parent)!r} must be a folder. Make it first."
         )
-    draft = path.with_name(f".{path.name}-{os.getpid()}")
     try:
-        _fill(draft, schema, tile)
-        draft.rename(path)
+        with draft_folder(path) as draft:
+            _fill(draft, schema, tile)
+            draft.rename(path)
     except OSError as error:
         raise StoreError(
             f"store = {str(path)!r}: cannot be made ({error.strerror or error}). "
             "Name one in a folder that you may write, with room."
         ) from error
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
 
 
 def _fill(draft: Path, schema: Schema, tile: tuple[int, ...]) -> None:
     others = [name for name, (dims, _, _) in schema.coords.items() if dims != (name,)]
     known = {"coordinates": " ".join(others)} if others else {}  # CF conventions
-    group = _zarr().create_group(draft, zarr_format=3, attributes=_plain(schema.attrs) | known)
+    attrs = _plain(schema.attrs) | known
+    group = _zarr().create_group(draft, zarr_format=3, attributes=attrs | {DIGEST: _digest(attrs)})
     for name, (dims, values, attrs) in schema.coords.items():
-        group.create_array(name, data=values, dimension_names=dims, attributes=_plain(attrs))
+        group.create_array(
+            name, data=values, dimension_names=dims, attributes=_plain(attrs), compressors=_checksummed()
+        )  # fmt: skip
     for name, variable in schema.variables.items():
         group.create_array(
             name,
@@ -190,7 +229,26 @@ def _fill(draft: Path, schema: Schema, tile: tuple[int, ...]) -> None:
             fill_value=variable.fill,
             dimension_names=schema.dims(name),
             attributes=_plain(variable.attrs),
+            compressors=_checksummed(),
         )
+
+
+def _digest(attrs: Mapping[str, Any]) -> str:
+    """Digest of the attributes of a store, of which the specification is one (3)."""
+    rest = {name: value for name, value in attrs.items() if name != DIGEST}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+
+
+def _check_attributes(attrs: Mapping[str, Any]) -> None:
+    if attrs.get(DIGEST) != _digest(attrs):
+        raise ValueError("its attributes are not those that were written")
+
+
+def _checksummed() -> Any:
+    """Compression of chunks, with which a damage is noticed when they are read (3)."""
+    from zarr.codecs import ZstdCodec
+
+    return ZstdCodec(level=0, checksum=True)
 
 
 def _plain(attrs: dict[str, Any]) -> dict[str, Any]:
@@ -218,15 +276,55 @@ def _check(path: Path, specification: SweepSpec) -> None:
 
 
 def _specification_in(path: Path) -> SweepSpec:
-    try:
+    with _readable(path):
         group = _zarr().open_group(path, mode="r")
+        _check_attributes(dict(group.attrs))
         text = group.attrs[SPECIFICATION_ATTRIBUTE]
-        names = json.loads(text)["axes"]
+        names = json_of("specification", text)["axes"]
         return SweepSpec(text, tuple((name, tuple(group[name][:].tolist())) for name in names))
-    except (OSError, KeyError, ValueError) as error:
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    """Refuse what Zarr cannot read, and what is missing in it."""
+    try:
+        yield
+    except InvalidParameterError:
+        raise
+    except Exception as error:
+        reason = shortened(f"{type(error).__name__}: {error}")
         raise InvalidParameterError(
-            f"store = {str(path)!r}: is there, but is no store of a sweep. Name another."
+            f"store = {str(path)!r}: is there, but is no store of a sweep, or is damaged ({reason}). Name another."
         ) from error
+
+
+def _check_layout(group: Any, schema: Schema) -> None:
+    """Refuse arrays that are not as :func:`_fill` makes them (3)."""
+    for name, (dims, values, attrs) in schema.coords.items():
+        if not _is_as(group[name], dims, values.dtype, values.shape, attrs) or not np.array_equal(
+            group[name][...], values
+        ):
+            raise ValueError(f"{name} is another")
+    for name, variable in schema.variables.items():
+        found = group[name]
+        fill = np.asarray(variable.fill, dtype=variable.dtype)
+        if (
+            not _is_as(found, schema.dims(name), variable.dtype, schema.shape(name), variable.attrs)
+            or found.chunks[: len(schema.grid)] != group[END].chunks
+            or np.asarray(found.fill_value, dtype=variable.dtype).tobytes() != fill.tobytes()
+        ):
+            raise ValueError(f"{name} is another")
+
+
+def _is_as(array: Any, dims: Any, dtype: Any, shape: Any, attrs: dict[str, Any]) -> bool:
+    """Whether an array has these dims, type, shape, attributes."""
+    kept = json.loads(json.dumps(_plain(attrs)))
+    return (
+        tuple(array.metadata.dimension_names or ()) == tuple(dims)
+        and array.dtype == np.dtype(dtype)
+        and array.shape == tuple(shape)
+        and dict(array.attrs) == kept
+    )
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""Written by tools/observer_stub.py."""
+"""Written by tools/name_stubs.py."""
 
 from vibroimpact.sweeps.observers.dissipation import Dissipation as Dissipation
 from vibroimpact.sweeps.observers.extremes import Extremes as Extremes
