@@ -24,7 +24,7 @@ def main(out: str | None = None) -> None:
         orbit = vi.symmetric_orbits(damper)[0]
         section = vi.section(damper, orbit.state.perturbed(0.01), settle_events=40_000)
         ax = plot_section(section, ax=ax, color=color, label=rf"$\omega={omega}$")
-        print(f"omega = {omega}: {'stable' if orbit.stable else 'unstable'} orbit, {section}")
+        print(f"omega = {omega}: {orbit.stability.words} orbit, {section}")
     assert ax is not None
     if out:
         save(ax, out)

@@ -30,7 +30,6 @@ def main(out: str | None = None) -> None:
     print(best)
     for name, (low, high, _) in best.robust().items():
         print(f"{name}: {best.parameters[name]:.4g}; within 1 dB from {low:.4g} to {high:.4g}")
-    print(f"judged with twice as many starts: {1e3 * best.verified:.1f} mm")
     with mpl.rc_context(style.RC):
         figure = Figure(figsize=(5.0, 5.0), layout="constrained")
         above, below = figure.subplots(2, height_ratios=(2, 3))

@@ -25,6 +25,7 @@ from vibroimpact.cli import main as cli
 from vibroimpact.machines.json_text import system_of, text_of
 from vibroimpact.machines.published import panels, parameter_sets
 from vibroimpact.machines.toml_file import read_case
+from vibroimpact.orbits.stability import Stability
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -67,7 +68,7 @@ def test_orbit_writes_the_orbits_of_the_library() -> None:
     data, orbits = opened("o.nc"), vi.symmetric_orbits(SET_A)
     nu = data.half_multiplier_real.values + 1j * data.half_multiplier_imaginary.values
     np.testing.assert_array_equal(nu, [orbit.half_multipliers for orbit in orbits])
-    assert list(data.stable) == [1, 0]
+    assert [Stability(k).words for k in data.stability.values] == ["stable", "unstable"]
     assert list(data.sign) == [1, -1]
 
 
@@ -513,7 +514,7 @@ def test_a_full_disk_leaves_the_old_file_and_no_other(
 # ---- numerical failure, interruption -------------------------------------------------------------
 
 
-@pytest.mark.parametrize("command", ["orbit", "simulate"])
+@pytest.mark.parametrize("command", ["orbit", "section"])
 def test_an_orbit_that_does_not_exist_is_a_failure(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from support.pictures import words
 
 import vibroimpact as vi
-from vibroimpact.branches.branch import Stability, place_of, profile
+from vibroimpact.branches.branch import place_of, profile
 from vibroimpact.branches.profile import coordinate
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.plotting import plot_branch_multipliers, plot_branches, style
 from vibroimpact.plotting.branch_multipliers import _step
 from vibroimpact.plotting.branches import LINES
@@ -90,10 +91,22 @@ def test_special_points_are_in_order_along_a_branch(broken: vi.Branch) -> None:
 def test_a_stretch_between_two_special_points_is_never_called_stable() -> None:
     from vibroimpact.branches.branch import _between
 
-    stable, unstable, out = Stability.STABLE, Stability.UNSTABLE, Stability.INADMISSIBLE
+    stable, _, unstable, out = Stability
     own = np.array([stable, -1, -1, stable, stable, -1, unstable, out])
     assert list(_between(own)) == [stable, unstable, stable, stable, stable, unstable, out]
     assert list(_between(np.array([out, -1, -1, out]))) == [out, out, out]
+
+
+def test_a_neutral_point_at_the_end_of_a_branch_does_not_make_its_stretch_neutral() -> None:
+    from vibroimpact.branches.branch import _between
+
+    stable, neutral, unstable, out = Stability
+    assert list(_between(np.array([neutral, stable, neutral, unstable]))) == [
+        stable,
+        stable,
+        unstable,
+    ]
+    assert list(_between(np.array([neutral, neutral, -1, out]))) == [neutral, neutral, out]
 
 
 @pytest.mark.parametrize("impact", [0, 1])
@@ -219,7 +232,7 @@ def test_a_branch_of_a_single_point_leaves_the_picture_empty(symmetric: vi.Branc
     )  # fmt: skip
     single = replace(
         symmetric, values=symmetric.values[one], multipliers=symmetric.multipliers[one],
-        admissible=symmetric.admissible[one], stable=symmetric.stable[one],
+        stability=symmetric.stability[one],
         special_points=(), curve=curve,
     )  # fmt: skip
     assert not stretches(plot_branches([single]))

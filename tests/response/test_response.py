@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -12,7 +13,10 @@ import pytest
 import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact.model.parameters import with_parameter
+from vibroimpact.orbits.stability import Stability
+from vibroimpact.plotting.report import comparison_sentence
 from vibroimpact.response import compare
+from vibroimpact.response.band import band_of
 from vibroimpact.response.compare import comparison
 
 BAND = (1.1, 1.7)
@@ -63,7 +67,8 @@ def test_the_motion_without_impacts_begins_where_it_touches_the_stop(
     (touch,) = [point.parameter for point in free.special_points]
     assert touch == pytest.approx(math.sqrt(square), rel=1e-10)
     assert free.value == pytest.approx([amplitude(w) for w in free.parameter], rel=1e-12)
-    assert (free.stability == np.where(free.parameter[1:] <= touch, 2, 0)).all()
+    beyond = free.parameter[1:] <= touch
+    assert (free.stability == np.where(beyond, Stability.INADMISSIBLE, Stability.STABLE)).all()
 
 
 def test_the_branch_from_a_simulated_orbit_ends_at_the_touch(response: vi.Response) -> None:
@@ -108,7 +113,7 @@ def test_every_steady_motion_at_a_frequency_is_listed(response: vi.Response) -> 
 
 def test_between_two_points_the_derivatives_lead_to_the_orbit_there(response: vi.Response) -> None:
     branch = response.curves[1]
-    stable = np.flatnonzero(branch.stability == 0)
+    stable = np.flatnonzero(branch.stability == Stability.STABLE)
     k = int(stable[len(stable) // 4])  # away from the fold
     middle = float(branch.parameter[k : k + 2].mean())
     motion = branch.motion_near(k, middle)
@@ -166,10 +171,9 @@ def test_starts_on_a_grid_are_joined_to_the_same_answers() -> None:
 
 
 def test_coexisting_motions_of_a_frame_are_in_hertz_and_metres(frame: vi.Response) -> None:
-    silent, striking = sorted(
-        (a for a in frame.at(6.4) if a.stable), key=lambda answer: answer.value
-    )
+    silent, striking = sorted(frame.at(6.4), key=lambda answer: answer.value)
     assert (silent.motion, striking.motion) == ("1-0-0", "1-1-1")
+    assert [a.stability for a in (silent, striking)] == [Stability.NEUTRAL, Stability.STABLE]
     w, wn = 12.8 * math.pi, 16.0 * math.pi
     metres = 400.0 / 120.0 / abs(complex(wn**2 - w**2, 0.04 * wn * w))
     assert silent.value == pytest.approx(metres, rel=1e-9)
@@ -178,6 +182,37 @@ def test_coexisting_motions_of_a_frame_are_in_hertz_and_metres(frame: vi.Respons
     assert data["value_of_point"].attrs["units"] == "m"
     assert data["value_of_point"].attrs["quantity"] == "length"
     assert float(data["omega_of_point"].max()) == pytest.approx(2.0 * math.pi * 6.8)
+
+
+def test_a_ball_that_stands_in_its_gap_is_neutral_and_decides_nothing() -> None:
+    play = replace(FRAME, half_clearance=0.014)
+    found = vi.frequency_response(
+        play,
+        "omega",
+        (8.3, 8.8),
+        unit="Hz",
+        points=2,
+        starts=3,
+        most_branches=1,
+        depth=0,
+        progress=False,
+    )
+    silent = found.largest(neutral=True)
+    assert silent.value == pytest.approx(
+        0.014, rel=1e-9
+    )  # where the ball, in the middle, is touched
+    assert (silent.stability, silent.attracting) == (Stability.NEUTRAL, False)
+    assert "1-0-0, without impacts, neutral, one of a 1-parameter family" in repr(silent)
+    assert found.worst.value < 0.5 * silent.value
+    assert "1-1-1, with impacts, stable" in repr(found.worst)
+    # the witness: the ball still, and with a drift of 1 mm/s
+    w, wn = 16.8 * math.pi, 16.0 * math.pi
+    x = 400.0 / 120.0 / complex(wn**2 - w**2, 0.04 * wn * w)
+    times = np.linspace(190.0, 200.0, 20_001)
+    for drift, amplitude in ((0.0, abs(x)), (1e-3, found.at(8.4)[1].value)):
+        start = vi.State((x.imag, 0.0), (w * x.real, drift))
+        run = vi.simulate(with_parameter(play, "omega", w), start, t_max=200.0, impacts=2**20)
+        assert np.ptp(run.at(times)[0][:, 0]) / 2.0 == pytest.approx(amplitude, rel=1e-4)
 
 
 # ---- pictures and comparisons --------------------------------------------------------------------
@@ -205,7 +240,7 @@ def test_the_picture_has_si_units_and_lines_by_stability(
     ax = frame.plot(compare=("linear", "tuned"))
     assert ax.get_xlabel() == "forcing frequency $f$ [Hz]"
     assert ax.get_ylabel() == "amplitude of $x_{1}$ [m]"
-    assert ax.get_xlim() == pytest.approx((6.0, 6.8))
+    assert ax.get_xlim() == pytest.approx((5.988, 6.812))  # marks at the ends are whole
     decibel = frame.plot(decibel=True)
     assert decibel.get_ylabel() == "amplitude of $x_{1}$ [dB re 1 m]"
     ax = plotting.plot_response(response, marks=False)
@@ -279,3 +314,25 @@ def test_a_response_without_a_stable_motion_says_so() -> None:
         most_branches=0, progress=False,
     )  # fmt: skip
     assert "no stable motion was found" in repr(found)
+
+
+def test_a_ball_that_is_not_met_leaves_as_much_and_touching_begins_at_a_force_or_a_gap() -> None:
+    small = replace(FRAME, force=0.004)
+    found = vi.frequency_response(
+        small, "omega", (7.9, 8.1), unit="Hz", points=2, starts=0, most_branches=0, progress=False
+    )
+    # |X| is largest at sqrt(1 - 2 zeta^2) omega_n
+    peak = 0.004 / 120.0 / (16.0 * math.pi) ** 2 / (0.04 * math.sqrt(1.0 - 0.02**2))
+    assert found.worst.value == pytest.approx(peak, rel=1e-9)
+    assert compare.touching_factor(found) == pytest.approx(0.01 / peak, rel=1e-6)
+    words = comparison_sentence(found, "linear")
+    assert words.startswith("That is as much as without the damper: no stop is met.")
+    assert f"{0.01 / peak * 0.004:.4g} N" in words
+    assert "dB" not in words
+
+
+def test_a_band_that_fits_the_machine_in_hertz_only_is_questioned() -> None:
+    with pytest.warns(UserWarning, match=r"8 Hz \(50.2.* Give unit = 'Hz'"):
+        band_of(FRAME, "omega", (6.0, 10.0))
+    band_of(FRAME, "omega", (6.0, 10.0), "Hz")
+    band_of(OSCILLATOR, "omega", (0.1, 0.2))  # whose numbers have no units

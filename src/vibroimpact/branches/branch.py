@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.checks import check_index
-from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Flags, Floats, Integers
@@ -18,6 +17,7 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve
 from vibroimpact.machines.units import units_of
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.stability import Stability, flags
 from vibroimpact.results.result import INSIDE, Result, along, rows
 
 
@@ -35,8 +35,8 @@ class Branch(Result):
         Its values along the branch, shape (n,).
     multipliers
         Multipliers of the full map, shape (n, d).
-    admissible, stable
-        Shape (n,); stable orbits are admissible.
+    stability
+        :class:`Stability` by number: 0 stable, 1 neutral, 2 unstable, 3 not admissible; shape (n,).
     clearance
         Least gap between the impacts, infinite where no gap has an extremum, shape (n,).
     impact_speed
@@ -51,8 +51,7 @@ class Branch(Result):
     bounds: tuple[float, float]
     values: Floats = field(metadata=along("point"))
     multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
-    admissible: Flags = field(metadata=along("point"), repr=False)
-    stable: Flags = field(metadata=along("point"), repr=False)
+    stability: Integers = field(metadata=along("point", **flags()), repr=False)
     clearance: Floats = field(metadata=along("point", quantity="length"), repr=False)
     impact_speed: Floats = field(metadata=along("point", quantity="velocity"), repr=False)
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
@@ -74,6 +73,16 @@ class Branch(Result):
     def symbol(self) -> str:
         """Symbol n-p-q of its orbits."""
         return self.orbit(0).symbol
+
+    @property
+    def stable(self) -> Flags:
+        """Whether the orbits are stable, shape (n,)."""
+        return np.equal(self.stability, Stability.STABLE)
+
+    @property
+    def admissible(self) -> Flags:
+        """Whether the orbits are motions of the machine, shape (n,)."""
+        return np.not_equal(self.stability, Stability.INADMISSIBLE)
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -117,14 +126,6 @@ class Branch(Result):
 # ---- points and special points in order ------------------------------------------------------------
 
 
-class Stability(NamedCode):
-    """Stability of the orbits of a part of a branch, from stable to inadmissible."""
-
-    STABLE = 0
-    UNSTABLE = 1
-    INADMISSIBLE = 2
-
-
 class BranchProfile(NamedTuple):
     """Points and special points of a branch in the order of its arclength."""
 
@@ -155,9 +156,7 @@ def profile(branch: Branch) -> BranchProfile:
     places = [place_of(branch, point)[1] for point in found]
     order = np.argsort(np.concatenate([branch.curve.arclength, places]), kind="stable")
     special = np.concatenate([np.full(len(branch), -1), np.arange(len(found))]).astype(np.int64)
-    own = np.where(branch.stable, Stability.STABLE, Stability.UNSTABLE)
-    own = np.where(branch.admissible, own, Stability.INADMISSIBLE)
-    stability = np.concatenate([own, np.full(len(found), -1)]).astype(np.int64)[order]
+    stability = np.concatenate([branch.stability, np.full(len(found), -1)]).astype(np.int64)[order]
     parameter = np.concatenate([branch.values, [p.parameter for p in found]])[order]
     z = np.vstack([branch.curve.z, *(point.z[None] for point in found)])[order]
     moves: Flags = np.any(np.diff(np.column_stack([z, parameter]), axis=0), axis=1)
@@ -165,9 +164,15 @@ def profile(branch: Branch) -> BranchProfile:
 
 
 def _between(stability: Integers) -> Integers:
-    """Stability between points: the worse of both ends; special points (-1) do not count."""
+    """Stability between points: the worse of both ends; special points (-1) do not count.
+
+    Nor does a neutral point beside one that is not: a branch may begin at a bifurcation.
+    """
     first, second = stability[:-1], stability[1:]
     stretches = np.maximum(first, second)
+    for one, other in ((first, second), (second, first)):
+        apart = (one == Stability.NEUTRAL) & (other >= 0)
+        stretches[apart] = other[apart]
     unknown = np.flatnonzero(stretches < 0)  # between two special points
     known = np.flatnonzero(stability >= 0)
     for i in unknown:

@@ -158,8 +158,7 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
         bounds=bounds,
         values=curve.parameter,
         multipliers=np.array([o.multipliers for o in orbits]),
-        admissible=np.array([o.admissible for o in orbits]),
-        stable=np.array([o.stable for o in orbits]),
+        stability=np.array([o.stability for o in orbits], dtype=np.int8),
         clearance=np.array([o.clearance_to_grazing for o in orbits]),
         impact_speed=np.array([o.least_impact_speed for o in orbits]),
         special_points=tuple(

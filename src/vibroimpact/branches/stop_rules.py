@@ -19,7 +19,8 @@ from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.vanishing import passed_over
 from vibroimpact.continuation.walk import BeginRule, StopRule
-from vibroimpact.orbits.orbit import NEUTRAL_DISTANCE, Orbit
+from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.stability import NEUTRAL_DISTANCE
 
 
 class RuleError(InvalidParameterError):

@@ -18,14 +18,17 @@ from vibroimpact._core.docstrings import descriptions, head_of
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.machine import Machine, parameters_of
+from vibroimpact.machines.quantities import TURN, Measured, checked, number_in
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
-from vibroimpact.machines.toml_file import PHYSICAL, Case, HybridCase, read_case
+from vibroimpact.machines.toml_file import OF_STATE, PHYSICAL, Case, HybridCase, read_case
+from vibroimpact.machines.units import Units, quantities_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import names_of, with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
+from vibroimpact.response.answers import rest_of
 from vibroimpact.results.files import PICTURES
 from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
@@ -88,7 +91,7 @@ def check_interrupted(*results: object) -> None:
 
 def add_arguments_of(
     parser: argparse._ActionsContainer, function: Callable[..., Any], names: Iterable[str],
-    **own: str,
+    number: Callable[[str], float] = float, **own: str,
 ) -> None:  # fmt: skip
     """Add an option per parameter of a function, with its default and its description.
 
@@ -110,7 +113,7 @@ def add_arguments_of(
         several = kind.startswith("Sequence")
         parser.add_argument(
             option(name),
-            type=TYPES.get(kind, str),
+            type=number if TYPES.get(kind) is float else TYPES.get(kind, str),
             nargs="+" if several else None,
             action="extend" if several else "store",
             metavar=name.rpartition("_")[2].upper(),
@@ -162,6 +165,14 @@ def add_named(
     )  # fmt: skip
 
 
+def measured(text: str) -> float:
+    """Number from the command line, "0.004" or "4 mm"."""
+    try:
+        return number_in(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
 class _Named(argparse.Action):
     """Option NAME=...: a dictionary by name, in which each name is once."""
 
@@ -171,17 +182,22 @@ class _Named(argparse.Action):
             raise InvalidParameterError(
                 f"{self.dest} = {name}: is given twice. Give each name once."
             )
-        setattr(to, self.dest, {**known, name: _values(text, self.dest, str(self.metavar))})
+        values, written = _values(text, self.dest, str(self.metavar))
+        setattr(to, self.dest, {**known, name: values})
+        units = getattr(to, "units", {})
+        to.units = units | {(self.dest, name): [x for x in written if isinstance(x, Measured)]}
 
 
-def _values(text: str, name: str, form: str) -> Sequence[float] | Floats:
-    """Range from LOW:HIGH; values from LOW:HIGH:COUNT, or from a list."""
+def _values(text: str, name: str, form: str) -> tuple[Sequence[float] | Floats, Sequence[float]]:
+    """Range from LOW:HIGH; values from LOW:HIGH:COUNT, or from a list; and the numbers as written."""
     listed = text.partition("=")[2]
     separator = "," if form == GRID and ":" not in listed else ":"
     rule = f"must be {form} or NAME=A,B,..." if form == GRID else f"must be {form}"
     try:
-        numbers = [float(number) for number in listed.split(separator)]
-    except ValueError:
+        numbers = [number_in(number) for number in listed.split(separator)]
+    except ValueError as error:
+        if re.search(r"\d\s*[A-Za-zµ°%]", listed):
+            raise InvalidParameterError(f"{name} = {text}: {error}.") from None
         numbers = [math.nan]
     if text.startswith("=") or (separator == ":" and len(numbers) != form.count(":") + 1):
         raise InvalidParameterError(f"{name} = {text}: {rule}.")
@@ -190,16 +206,26 @@ def _values(text: str, name: str, form: str) -> Sequence[float] | Floats:
     if separator == ",":
         if len({*numbers}) < len(numbers):
             raise InvalidParameterError(f"{name} = {text}: must have each value once.")
-        return np.array(numbers)
+        return np.array(numbers), numbers
     if form == GRID:
         if numbers[2] not in range(1, MOST_AXIS_VALUES + 1):
             raise InvalidParameterError(
                 f"{name} = {text}: COUNT must be a whole number from 1 to {MOST_AXIS_VALUES}."
             )
-        return np.linspace(numbers[0], numbers[1], int(numbers[2]))
+        return np.linspace(numbers[0], numbers[1], int(numbers[2])), numbers
     if not numbers[0] < numbers[1]:
         raise InvalidParameterError(f"{name} = {text}: {rule} with LOW < HIGH.")
-    return numbers[0], numbers[1]
+    return (float(numbers[0]), float(numbers[1])), numbers
+
+
+def band_of(arguments: argparse.Namespace) -> tuple[str, Any]:
+    """The one parameter of ``band`` and its bounds; one that is written in hertz is a band in hertz."""
+    ((name, band),) = arguments.band.items()
+    written = getattr(arguments, "units", {}).get(("band", name), [])
+    if len(written) == len(band) and all(x.unit == "Hz" for x in written) and not arguments.unit:
+        arguments.unit = "Hz"
+        band = tuple(x / TURN for x in band)
+    return name, band
 
 
 def check_count(name: str, by_name: Values, count: int, form: str) -> None:
@@ -220,7 +246,8 @@ def add_system(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "system",
         f"A named case or a file, and parameters of {name}, which replace those of the case. All "
-        f"numbers, given and printed, are in the units of the machine: SI for a [{PHYSICAL}] file.",
+        f"numbers, given and printed, are in the units of the machine: SI for a [{PHYSICAL}] file, for which "
+        "others may be given with the number, 4mm or 45Hz.",
     )
     group.add_argument(
         "case", nargs="?", metavar="CASE",
@@ -228,7 +255,7 @@ def add_system(parser: argparse.ArgumentParser) -> None:
         f"{DEFAULT})" + f"; or a published case of it: {name}/{cases}" * bool(cases),
     )  # fmt: skip
     group.add_argument("--config", metavar="FILE", help="a system in TOML: docs/cli.md")
-    add_arguments_of(group, machine, parameters_of(machine))
+    add_arguments_of(group, machine, parameters_of(machine), measured)
     parser.set_defaults(check=check_case)
 
 
@@ -257,7 +284,8 @@ def any_case_of(
     arguments: argparse.Namespace, over: Values | None = None, name: str = "over"
 ) -> Case | HybridCase:
     """Requested system, a mechanism or one that a file gives as modes and guards."""
-    known = parameters_of(machine_of(arguments.machine))
+    machine = machine_of(arguments.machine)
+    known = parameters_of(machine)
     parameters = given(arguments, known)
     if arguments.case and arguments.config:
         raise InvalidParameterError(
@@ -266,15 +294,67 @@ def any_case_of(
     if arguments.config:
         case = read_case(arguments.config)
         if isinstance(case, Case):
-            return _changed(case, parameters)
+            _take_letters(arguments, type(case.system))
+            case = _changed(case, parameters)
+            _check_units(arguments, case.system)
+            return case
         if parameters:
             raise _no_mechanism(arguments.config)
         return case
     check_case(arguments)
+    _take_letters(arguments, machine)
     check_names(name, over or {}, known)
     middle = {one: float(min(x) + max(x)) / 2.0 for one, x in (over or {}).items()}
     of_case = case_named(arguments.case)[1] if arguments.case else {}
-    return Case(_built(arguments.machine, {**middle, **of_case, **parameters}))
+    parameters = _plain(parameters, machine)
+    case = Case(_built(arguments.machine, {**middle, **of_case, **parameters}))
+    _check_units(arguments, case.system)
+    return case
+
+
+def _plain(parameters: Mapping[str, Any], system: Any) -> dict[str, Any]:
+    """Parameters of a system, those with units in its own."""
+    return {
+        name: checked(name, value, _quantity_of(system, name), si=_is_si(system))
+        for name, value in parameters.items()
+    }
+
+
+def _is_si(system: Any) -> bool:
+    return not isinstance(system, type) and bool(getattr(system, "si", False))
+
+
+def _quantity_of(system: Any, name: str) -> str:
+    """Quantity of a parameter or a coordinate."""
+    if name == "phase":
+        return "angle"
+    return Units(True, quantities_of(system)).quantity_of(name)
+
+
+def _take_letters(arguments: argparse.Namespace, machine: Any) -> None:
+    """Take parameters by the letters of files, D for two half clearances, by their own names."""
+    letters, units = getattr(machine, "letters", {}), getattr(arguments, "units", {})
+    for dest, letter in [key for key in units if key[1] in letters]:
+        own, factor = letters[letter]
+        given_here = getattr(arguments, dest)
+        values = {
+            own if k == letter else k: _times(v, factor) if k == letter else v
+            for k, v in given_here.items()
+        }
+        given_here.clear()
+        given_here.update(values)
+        units[dest, own] = units.pop((dest, letter))
+
+
+def _times(values: Any, factor: float) -> Any:
+    return tuple(factor * x for x in values) if isinstance(values, tuple) else factor * values
+
+
+def _check_units(arguments: argparse.Namespace, system: Any) -> None:
+    """Refuse units of other quantities than those that were named."""
+    for (_, name), numbers in getattr(arguments, "units", {}).items():
+        for number in numbers:
+            checked(name, number, _quantity_of(system, name), si=_is_si(system))
 
 
 def check_names(option: str, names: Iterable[str], known: Collection[str]) -> None:
@@ -300,8 +380,7 @@ def _changed(case: Case, parameters: dict[str, Any]) -> Case:
                 f"{option(unknown[0])}: is not a parameter of a [mechanism]"
                 f"{', but ' + ', '.join(map(option, known)) + ' is' if known else ''}. Change the file."
             )
-        return replace(case, system=case.system.replace(parameters))
-    return replace(case, system=case.system.replace(parameters))
+    return replace(case, system=case.system.replace(_plain(parameters, case.system)))
 
 
 def _built(name: str, parameters: dict[str, Any]) -> Machine:
@@ -347,9 +426,11 @@ def add_start(parser: argparse.ArgumentParser, *, at_orbit: bool = True) -> None
         f"A state (--position and --velocity){', or a symmetric orbit' if known else ''}. Without "
         f"any: the start of the file, or else {default}.",
     )
-    group.add_argument("--position", type=float, nargs="+", metavar="X", help="x1 x2 ...")
-    group.add_argument("--velocity", type=float, nargs="+", metavar="V", help="v1 v2 ...")
-    group.add_argument("--phase", type=float, metavar="THETA", help="phase of the force, radians")
+    group.add_argument("--position", type=measured, nargs="+", metavar="X", help="x1 x2 ...")
+    group.add_argument("--velocity", type=measured, nargs="+", metavar="V", help="v1 v2 ...")
+    group.add_argument(
+        "--phase", type=measured, metavar="THETA", help="phase of the force, radians"
+    )
     places, speeds = (" ".join(names) for names in _on_stop_coordinates(machine))
     group.add_argument(
         "--on-stop", choices=("A", "B"),
@@ -378,7 +459,14 @@ def start_of(arguments: argparse.Namespace, case: Case, over: Values | None = No
 
 
 def _explicit(arguments: argparse.Namespace, case: Case) -> State | None:
-    state = given(arguments, STATE)
+    state, si = given(arguments, STATE), _is_si(case.system)
+    for name, values in state.items():
+        of = OF_STATE[name]
+        state[name] = (
+            [checked(name, x, of, si=si) for x in values]
+            if isinstance(values, list)
+            else checked(name, values, of, si=si)
+        )
     stop = arguments.on_stop
     if not state and not stop:
         return None
@@ -415,12 +503,20 @@ def _on_stop(stop: str, state: dict[str, Any], system: System) -> State:
 def _default(arguments: argparse.Namespace, case: Case, over: Values) -> State:
     if case.start and not arguments.orbit:
         return case.start
+    if begins_at_rest(arguments, case):
+        return rest_of(case.system)
     if not isinstance(case.system, Machine):
         raise InvalidParameterError("start: missing. Give --position and --velocity, or [start].")
     at_orbit = arguments.at_orbit and has_symmetric_orbits(type(case.system))
     if arguments.orbit or at_orbit:
         return symmetric_orbit(case.system, arguments.orbit).state
     return _free_start(case.system, over)
+
+
+def begins_at_rest(arguments: argparse.Namespace, case: Case) -> bool:
+    """Whether a command that may begin at rest does so: nothing else is given, and no orbit is known."""
+    stated = case.start or given(arguments, (*STATE, "on_stop", "orbit"))
+    return getattr(arguments, "or_rest", False) and not stated and not known_orbits(case.system)
 
 
 def symmetric_orbit(system: System, sign: str | None = None) -> Orbit:

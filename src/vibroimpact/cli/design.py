@@ -9,7 +9,6 @@ from vibroimpact.cli.output import Done
 from vibroimpact.cli.response import BAND, add_band
 from vibroimpact.design.objective import Kind, Objective
 from vibroimpact.design.optimise import Design, optimise
-from vibroimpact.response.response import frequency_response
 from vibroimpact.results.files import PAGES
 
 EXAMPLE = (
@@ -18,9 +17,6 @@ EXAMPLE = (
 )
 JUDGED = ("points", "starts", "settle_periods", "periods")
 SEARCHED = ("budget", "refine", "seed", "workers", "store")
-REPORT_VALUES = 60  # the response of the best machine in the report has so many values of the band
-REPORT_STARTS = 6  # it has so many starts at each
-REPORT_BRANCHES = 4  # it has so many branches at most
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +39,7 @@ def run(arguments: argparse.Namespace) -> Done:
     """Search for the best machine."""
     common.check_count("band", arguments.band, 1, common.RANGE)
     case = common.case_of(arguments, arguments.band, "band")
-    ((parameter, band),) = arguments.band.items()
+    parameter, band = common.band_of(arguments)
     judged = common.given(arguments, (*BAND, *JUDGED))
     kind: Kind = "mean" if arguments.mean else "worst"
     objective = Objective(parameter, band, kind=kind, **judged)
@@ -56,10 +52,7 @@ def _page(arguments: argparse.Namespace, best: Design) -> str:
     """The report: the best machine, and its response."""
     from vibroimpact.plotting.design_report import design_report
 
-    seen = best.objective
-    response = frequency_response(
-        best.system, seen.parameter, seen.bounds, measure=seen.measure, unit=seen.unit,
-        seed=seen.seed, points=REPORT_VALUES, starts=REPORT_STARTS, most_branches=REPORT_BRANCHES,
-    )  # fmt: skip
     command = common.command_of(arguments)
-    return design_report(best, response, command=command, **common.given(arguments, ["title"]))
+    return design_report(
+        best, best.response(), command=command, **common.given(arguments, ["title"])
+    )

@@ -16,6 +16,7 @@ from vibroimpact.cli.output import Done
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.stability import flags, in_words
 from vibroimpact.orbits.symmetric_damper import symmetric_orbits
 
 if TYPE_CHECKING:
@@ -74,8 +75,7 @@ def _picture(orbits: Sequence[Orbit]) -> Axes:
 
 
 def _name(sign: int, orbit: Orbit) -> str:
-    reason = "" if orbit.admissible else ", not admissible"
-    return f"sign {sign:+d}, {'stable' if orbit.stable else 'unstable'}{reason}"
+    return f"sign {sign:+d}, {in_words(orbit.stability, orbit.family_dimension)}"
 
 
 def _described(sign: int, orbit: Orbit) -> str:
@@ -91,8 +91,7 @@ def _dataset(damper: ImpactDamper, orbits: Sequence[Orbit]) -> xr.Dataset:
     several, place = ("orbit", "multiplier"), ("orbit", "coordinate")
     return xr.Dataset(
         {
-            "stable": ("orbit", [int(o.stable) for o in orbits]),
-            "admissible": ("orbit", [int(o.admissible) for o in orbits]),
+            "stability": ("orbit", np.array([o.stability for o in orbits], dtype=np.int8), flags()),
             "inadmissible_reason": ("orbit", [o.inadmissible_reason for o in orbits]),
             "position": (place, [o.state.position for o in orbits]),
             "velocity": (place, [o.state.velocity for o in orbits]),

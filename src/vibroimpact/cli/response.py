@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> Done:
 
     common.check_count("band", arguments.band, 1, common.RANGE)
     case = common.case_of(arguments, arguments.band, "band")
-    ((parameter, bounds),) = arguments.band.items()
+    parameter, bounds = common.band_of(arguments)
     chosen = {"parameter": parameter, "bounds": bounds, **common.given(arguments, BAND)}
     if common.given(arguments, common.START) or case.start:
         chosen["start"] = common.start_of(arguments, case, arguments.band)

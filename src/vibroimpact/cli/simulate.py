@@ -29,6 +29,7 @@ TURN = 2.0 * 3.141592653589793
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     common.add_start(parser)
+    parser.set_defaults(or_rest=True)
     common.add_arguments_of(parser, simulate, LENGTH)
     parser.add_argument(
         "--window", type=float, nargs=2, metavar=("T0", "T1"),
@@ -52,8 +53,15 @@ def run(arguments: argparse.Namespace) -> Done:
         raise common.Failure(
             f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{reach}{way}"
         )
+    rest = ["between the stops: no start is given, and no orbit is known"]
     return Done(
-        [case.system, state, motion, f"ends in {motion.last}"],
+        [
+            case.system,
+            *rest * common.begins_at_rest(arguments, case),
+            state,
+            motion,
+            f"ends in {motion.last}",
+        ],
         motion,
         lambda: _picture(motion, arguments.window),
     )

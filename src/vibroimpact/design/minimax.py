@@ -24,6 +24,7 @@ from vibroimpact.design.search import Search
 from vibroimpact.measures.linear import FreeMotion, free_motion
 from vibroimpact.measures.motions import Motion
 from vibroimpact.orbits.find import find_orbit
+from vibroimpact.orbits.stability import Stability
 
 NEAR_WORST_RELATIVE = 0.02  # values that are so near to the worst are linearised
 LOCAL_MAXIMUM_RELATIVE = 0.2  # local maxima that are so near to the worst are linearised, too
@@ -37,7 +38,7 @@ def motion_of(member: Member, judge: Judge) -> Motion | None:
     """The stable periodic motion on which a member is, if it has the same measure."""
     motions: list[Motion] = []
     free = free_motion(member.system)
-    if isinstance(free, FreeMotion) and free.stable:
+    if isinstance(free, FreeMotion) and free.stability <= Stability.NEUTRAL:
         motions.append(free)
     for motion in motions:
         if _alike(judge.measure.of_orbit(motion), member.value):
@@ -46,8 +47,7 @@ def motion_of(member: Member, judge: Judge) -> Motion | None:
         orbit = find_orbit(member.system, member.state)
     except InvalidParameterError:
         return None
-    settled = orbit.converged and orbit.admissible and orbit.stable
-    return orbit if settled and _alike(judge.measure.of_orbit(orbit), member.value) else None
+    return orbit if orbit.stable and _alike(judge.measure.of_orbit(orbit), member.value) else None
 
 
 def _alike(value: float, other: float) -> bool:

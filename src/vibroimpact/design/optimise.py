@@ -6,6 +6,14 @@ Method      Differential evolution, seeded, from a Sobol sequence of machines [s
             other, are judged again with ``refine`` times as many of both, and the best of these is
             improved: by linear programmes of exact gradients, where the worst motions are periodic
             (minimax.py), else by the simplex method of Nelder and Mead, SciPy's too.
+            A search finds what its judge does not see. So the best of the last machines, unlike each
+            other, are verified with twice as many values and starts, others than before, one after the
+            other until none that is left was better in the search than the best verified one, which is
+            the result. Where its verified value is worse by more than TOLERATED_EXCESS than the best
+            that the search saw, the judge that verified takes over: the best machine is improved with
+            it, and the best are verified with twice as many of both again. Such a round improves with a
+            fourth of the machines of the one before, each of which costs four times as much, and verifies half
+            as many; there are FURTHER_ROUNDS at most.
             Sensitivities of a worst value: where the worst motion is a stable periodic orbit,
             the exact derivative of its measure; the value of the band at which it is worst moves, too,
             but to first order the maximum does not feel that (envelope theorem). Else, and for
@@ -18,11 +26,11 @@ Reference   [storn1997]
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from os import PathLike
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -30,7 +38,7 @@ from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Integers
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
 from vibroimpact.design.search import (
@@ -43,7 +51,8 @@ from vibroimpact.design.search import (
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.motions import Motion
 from vibroimpact.model.system import System
-from vibroimpact.results.result import Result
+from vibroimpact.response.response import Response, frequency_response
+from vibroimpact.results.result import Result, plotting
 
 FEWEST_MACHINES = 16  # a generation has so many machines at least
 MACHINES_PER_PARAMETER = 10  # a generation has about so many, rounded to a power of two
@@ -54,12 +63,24 @@ MOST_FINALISTS = 32  # so many machines are judged again at most
 FINALIST_DISTANCE_OF_BOUNDS = 0.02  # these lie so far apart, relative to the bounds
 # Verification takes so many times as many values and starts, and another seed.
 VERIFYING_REFINEMENT = 2
+VERIFIED_MACHINES = 8  # so many of the last machines are verified
+TOLERATED_EXCESS = (
+    0.05  # a verified value may be worse by so much than the one before, relative to it
+)
+FURTHER_ROUNDS = 2  # the search goes on so often at most where it is worse by more
+ROUND_SHARE = (
+    1 / VERIFYING_REFINEMENT**2
+)  # a round has this share of the machines of the one before
+BOUND_OF_BOUNDS = 1e-3  # a parameter that is so near to a bound, relative to both, is at the bound
 FIRST_SIMPLEX_OF_BOUNDS = 0.05  # the first simplex has this size, relative to the bounds
 LAST_SIMPLEX_OF_BOUNDS = 1e-4  # the method ends at a simplex of this size, relative to the bounds
 DIFFERENCE_OF_BOUNDS = 0.005  # central differences take this step, relative to the bounds
 TOLERATED_DECIBELS = 1.0  # a machine in an Interval is worse than the best by so much at most
-SCANNED_MACHINES = 8  # a scan takes so many to each side of the best machine
+SCANNED_MACHINES = 8  # a scan takes so many to each side of the best machine at most
 SCAN_BISECTIONS = 5  # the end of an Interval is bisected so many times after the scan
+REPORT_VALUES = 60  # the response of the best machine in a report has so many values of the band
+REPORT_STARTS = 6  # it has so many starts at each
+REPORT_BRANCHES = 4  # it has so many branches at most
 CONSTANT_RELATIVE_RANGE = 1e-9  # an objective that varies by less over all machines is constant
 
 
@@ -94,7 +115,10 @@ class Design(Result):
     parameters
         Its parameters that were varied.
     value
-        Its objective.
+        Its objective, verified: with twice as many values of the band and starts as it was chosen by, others
+        than those.
+    searched
+        Its objective as the search saw it, by the judge before: somewhat better, since it was chosen for it.
     machines
         Number of machines that were tried.
     why_stopped
@@ -108,6 +132,7 @@ class Design(Result):
     system: System
     parameters: dict[str, float]
     value: float
+    searched: float
     machines: int
     why_stopped: str
     interrupted: bool
@@ -136,16 +161,10 @@ class Design(Result):
         """
         return self.judge.decibels(self.value, self.judge.without_impacts)
 
-    @cached_property
-    def verified(self) -> float:
-        """The objective with twice as many values of the band and starts as the last judge.
-
-        The starts are others, and values between those of the band are added. Somewhat worse than
-        :attr:`value`, for which the machine was chosen.
-        """
-        seed = self.objective.seed + 1
-        found = self.judge.finer(VERIFYING_REFINEMENT, seed=seed).values(self._row[None])
-        return float(found[0])
+    @property
+    def excess(self) -> float:
+        """By how much :attr:`value` is worse than :attr:`searched`, relative to that; 0 where both vanish."""
+        return excess_of(self.value, self.searched, self.objective)
 
     @cached_property
     def worst(self) -> Member:
@@ -190,39 +209,98 @@ class Design(Result):
     def _row(self) -> Floats:
         return np.array(list(self.parameters.values()))
 
+    @property
+    def at_bounds(self) -> dict[str, Literal["lower", "upper"]]:
+        """Bound at which a parameter is, by name of those that are at one: beyond it there may be better machines."""
+        names, low, high = self.search.variables
+        near = BOUND_OF_BOUNDS * (high - low)
+        below, above = self._row - low <= near, high - self._row <= near
+        return {
+            name: "lower" if lower else "upper"
+            for name, lower, upper in zip(names, below, above, strict=True)
+            if lower or upper
+        }
+
     def to_dataset(self) -> xr.Dataset:
-        """Convert to a dataset: every machine tried, and the best.
+        """Convert to a dataset: every machine tried, what each judge saw of it, and the best.
 
         Returns
         -------
         Dataset
-            Along ``machine``: the parameters, value (NaN of machines that are not allowed, or have
-            none); along ``parameter``: best, sensitivity, its error, and the robust range low, high;
-            scalars reduction_db, machines.
+            Along ``machine``: the parameters. Along ``judge`` and ``machine``: value, NaN of machines that it
+            did not judge, are not allowed, or have none. Along ``judge``: points and starts of the band, the
+            last being that of the verified value. Along ``parameter``: best, bound ("lower", "upper" or ""),
+            sensitivity, its error, and the robust range low, high; scalars best_value, searched_value,
+            reduction_db.
         """
         names = list(self.parameters)
-        table, worth = np.array(self.search.table), np.array(self.search.worth)
-        valued = np.where(worth < UNVALUED_WORTH, self.objective.sign * worth, math.nan)
+        tried, which = np.unique(np.array(self.search.table), axis=0, return_inverse=True)
+        worth, levels = np.array(self.search.worth), np.array(self.search.levels)
+        value = np.full((len(self.search.judges), len(tried)), math.nan)
+        valued = worth < UNVALUED_WORTH
+        value[levels[valued], which[valued]] = self.objective.sign * worth[valued]
         robust, sensitivity = self.robust(), self.sensitivity
         across = {
             "best": list(self.parameters.values()),
+            "bound": np.array([self.at_bounds.get(n, "") for n in names], dtype=object),
             "sensitivity": [sensitivity[n].value for n in names],
             "sensitivity_error": [sensitivity[n].error for n in names],
             "robust_low": [robust[n].low for n in names],
             "robust_high": [robust[n].high for n in names],
         }
-        tried = {n: ("machine", table[:, i], {"units": self.units[n]}) for i, n in enumerate(names)}
+        seen = [judge.objective for judge in self.search.judges]
+        attrs = {"long_name": self.label} | ({"units": self.units[""]} if self.units[""] else {})
         return xr.Dataset(
             {
-                **tried,
-                "value": ("machine", valued, {"units": self.units[""], "long_name": self.label}),
+                **{
+                    n: ("machine", tried[:, i], {"units": self.units[n]} if self.units[n] else {})
+                    for i, n in enumerate(names)
+                },
+                "value": (("judge", "machine"), value, attrs),
+                "points": ("judge", [one.points for one in seen]),
+                "starts": ("judge", [one.starts for one in seen]),
                 **{name: ("parameter", values) for name, values in across.items()},
-                "best_value": self.value,
-                "reduction_db": self.reduction_db,
+                "best_value": ((), self.value, attrs),
+                "searched_value": ((), self.searched, attrs),
+                "reduction_db": ((), self.reduction_db, {"units": "dB"}),
             },
             coords={"parameter": np.array(names, dtype=object)},
             attrs={"objective": repr(self.objective), "why_stopped": self.why_stopped},
         )
+
+    def report(
+        self, path: str | PathLike[str], *, title: str = "", progress: ProgressOption = True
+    ) -> None:
+        """Write a report for readers who do not know the field: one HTML page.
+
+        It has the machine, the parameters with what each may stray, the response before and after, every steady
+        motion of the best machine over the band, and what the statement rests on.
+
+        Parameters
+        ----------
+        path
+            Name of the file, which ends in .html; an earlier one is replaced.
+        title
+            Heading; by default the machine.
+        progress
+            As for :func:`~vibroimpact.frequency_response`, which is computed for the best machine.
+
+        Raises
+        ------
+        InvalidParameterError
+            Another suffix, no such folder.
+        """
+        page = plotting("design_report")
+        page.write_report(self, lambda: self.response(progress=progress), path, title=title)
+
+    def response(self, *, progress: ProgressOption = True) -> Response:
+        """Compute the frequency response of the best machine over the band of the objective, as a report shows it."""
+        seen = self.search.judges[0].objective
+        return frequency_response(
+            self.system, seen.parameter, seen.bounds, measure=seen.measure, unit=seen.unit,
+            seed=seen.seed, points=REPORT_VALUES, starts=REPORT_STARTS, most_branches=REPORT_BRANCHES,
+            progress=progress,
+        )  # fmt: skip
 
     @property
     def label(self) -> str:
@@ -230,25 +308,31 @@ class Design(Result):
         return label_of(self.judge)
 
     def __repr__(self) -> str:
-        lines = [f"Design: {self.label} {self.value:.6g} {self.units['']}".rstrip()]
+        unit, at = self.units[""], self.at_bounds
+        lines = [f"Design: {self.label} {self.value:.6g} {unit}".rstrip()]
         if math.isfinite(self.reduction_db):
             lines[0] += f", {self.reduction_db:.2f} dB better than without impacts"
-        lines += [
-            f"  {name} = {value:.6g} {self.units[name]}".rstrip()
-            for name, value in self.parameters.items()
-        ]
+        for name, value in self.parameters.items():
+            line = f"  {name} = {value:.6g} {self.units[name]}".rstrip()
+            lines.append(line + (f", its {at[name]} bound" if name in at else ""))
+        searched = f"{self.searched:.6g} {unit}".rstrip()
+        lines.append(f"  {searched} in the search, by half as many values of the band and starts")
         return "\n".join([*lines, f"  {self.machines} machines; {self.why_stopped}"])
 
     def __str__(self) -> str:
-        seen = f"  {self.verified:.6g} {self.units['']}".rstrip()
-        seen += " with twice as many values of the band and starts as the last judgement"
         kind = "exact derivatives" if self.sensitivity_exact else "derivatives by differences"
-        lines = [repr(self), seen, f"  {kind} of the objective, and ranges:"]
+        lines = [repr(self), f"  {kind} of the objective, and ranges:"]
         for name, slope in self.sensitivity.items():
             low, high, _ = self.robust()[name]
             ends = f"{low:.6g} to {high:.6g} {self.units[name]}".rstrip()
             lines.append(f"  {name}: derivative {slope.value:.4g}; within 1 dB from {ends}")
         return "\n".join(lines)
+
+
+def excess_of(value: float, searched: float, objective: Objective) -> float:
+    """By how much a value is worse than another, relative to that."""
+    more = objective.sign * (value - searched)
+    return more / abs(searched) if searched else math.copysign(math.inf, more) if more else 0.0
 
 
 def label_of(judge: Judge) -> str:
@@ -267,7 +351,7 @@ def optimise(
     refine: int = 4,
     workers: int | None = None,
     progress: ProgressOption = True,
-    store: str | os.PathLike[str] | None = None,
+    store: str | PathLike[str] | None = None,
 ) -> Design:
     """Find the parameters of a machine for which an objective is best.
 
@@ -290,7 +374,9 @@ def optimise(
         improvements try 25 per parameter more, or a twentieth of the budget, but at most a quarter of it.
     refine
         The best 32 machines are judged again with so many times as many values of the band, and of
-        starts, and the best is improved; 0 ends the search before.
+        starts, and the best is improved; 0 ends the search before. The best of the last machines are
+        verified in any case; where that shows that the search saw too little, it goes on with more values and
+        starts, twice at most, unless ``refine`` is 0.
     workers
         Threads; by default one per core.
     progress
@@ -340,28 +426,37 @@ def optimise(
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("refine", refine, 0)
     check_progress(progress)
-    judges = judge, judge.finer(max(refine, 1))
-    search = Search(judges, variables, constraints_of(constraints), seed=seed)
+    search = Search([judge], variables, constraints_of(constraints), seed=seed, refine=refine)
     if store is not None:
         search.open(store)
-    interrupted = False
+    unit, interrupted = units_of(system).unit(judge.measure.dimension), False
     with Reporter(progress, "optimise") as report:
-        search.report = lambda machines, best: report.say(
-            f"{machines} of {budget} machines, best {best:.6g}", machines, budget
-        )
+
+        def told(machines: int, best: float) -> None:
+            seen = search.judge.objective
+            text = f"{machines} of {budget} machines, best {best:.6g} {unit}".rstrip()
+            if search.level:
+                text = f"{machines} machines, best of the last {best:.6g} {unit}".rstrip()
+                text += f", by {seen.points} values of the band and {seen.starts} starts"
+            report.say(text, machines, max(budget, machines))
+
+        search.report = told
         try:
             why = _evolve(search, seed, budget)
             if refine:
                 why += _refined(search, budget)
+            why += _verified(search, budget, FURTHER_ROUNDS if refine else 0)
         except KeyboardInterrupt:
             if not search.evaluated:
                 raise KeyboardInterrupt("interrupted; no machine was judged yet.") from None
             interrupted, why = True, "interrupted; the best machine until then is kept"
     search.over()
+    if interrupted:
+        _verify(search, 1)
     row = search.best
     return Design(
-        judge.machine(row), search.parameters(row), search.best_value, len(search.worth), why,
-        interrupted, search.history(), search.judge, search,
+        judge.machine(row), search.parameters(row), search.best_value, search.seen_before(row),
+        len(search.worth), why, interrupted, search.history(), search.judge, search,
     )  # fmt: skip
 
 
@@ -421,21 +516,62 @@ def _refuse_constant(search: Search) -> None:
 def _refined(search: Search, budget: int) -> str:
     """Judge the best machines more finely, and improve the best of them; return how it ended."""
     finalists = search.finalists(MOST_FINALISTS, FINALIST_DISTANCE_OF_BOUNDS)
-    search.level = 1
+    search.sharpen(search.refine)
     search(finalists)
-    wanted = max(
-        LAST_SHARE_OF_BUDGET * budget, LAST_MACHINES_PER_PARAMETER * search.variables.low.size
+    return f"; {len(finalists)} machines were judged again" + _improved(
+        search, _last(search, budget)
     )
-    left = round(min(wanted, LARGEST_LAST_SHARE_OF_BUDGET * budget))
-    begun = f"; {len(finalists)} machines were judged again"
+
+
+def _last(search: Search, budget: int) -> int:
+    """How many machines the last improvements may take."""
+    each = LAST_MACHINES_PER_PARAMETER * search.variables.low.size
+    return round(
+        min(max(LAST_SHARE_OF_BUDGET * budget, each), LARGEST_LAST_SHARE_OF_BUDGET * budget)
+    )
+
+
+def _improved(search: Search, left: int) -> str:
+    """The best machine improved by the judge in use, with so many machines at most; how it ended."""
+    begun = ""
     if search.judge.objective.kind == "worst":
         steps, converged = descend(search, left)
         if steps:
-            begun += f", {steps} steps by exact gradients"
+            begun = f", {steps} steps by exact gradients"
         if converged:
             return f"{begun} converged"
         left -= steps
     return begun + _simplex(search, left)
+
+
+def _verify(search: Search, most: int) -> None:
+    """Judge the best machines, no two alike, with more members and other starts, so many at most."""
+    _ = search.best  # refuses a search without any
+    finalists = search.finalists(most, FINALIST_DISTANCE_OF_BOUNDS)
+    search.sharpen(VERIFYING_REFINEMENT, seed=search.judge.objective.seed + 1)
+    sign, least = search.judge.objective.sign, math.inf
+    for row in finalists:
+        if least <= sign * search.seen_before(row):
+            break
+        least = min(least, float(search(row[None])[0]))
+
+
+def _verified(search: Search, budget: int, rounds: int) -> str:
+    """Verification, and further rounds where the search saw too little; how it ended."""
+    objective, share, most, done = search.judge.objective, 1.0, VERIFIED_MACHINES, 0
+    _verify(search, most)
+    while (
+        done < rounds
+        and excess_of(search.best_value, search.best_before, objective) > TOLERATED_EXCESS
+    ):
+        share, most, done = share * ROUND_SHARE, most // 2, done + 1
+        _improved(search, round(share * _last(search, budget)))
+        _verify(search, most)
+    text = f"; verified after {done} further round{'s' * (done > 1)}" if done else "; verified"
+    excess = excess_of(search.best_value, search.seen_before(search.best), objective)
+    if excess > TOLERATED_EXCESS:
+        text += f", {excess:.0%} worse than in the search: raise points and starts of the objective"
+    return text
 
 
 def _simplex(search: Search, left: int) -> str:
@@ -490,37 +626,31 @@ def robust_of(search: Search, row: Floats, best: float) -> dict[str, Interval]:
     judge, count = search.judge, len(row)
     ends = [(i, end) for i in range(count) for end in (float(low[i]), float(high[i]))]
 
-    def good(parts: Floats) -> Any:
-        """Whether machines at parts of the way to each end, shape (2 d, k), are good enough."""
-        table = [
-            _moved(row, i, float(row[i] + part * (end - row[i])))
-            for (i, end), some in zip(ends, parts, strict=True)
-            for part in some
-        ]
-        values = search.judge.values(np.array(table)).reshape(parts.shape)
+    def good(some: Integers, parts: Floats) -> Any:
+        """Whether machines at parts of the way to some of the ends are good enough."""
+        places = ((ends[k], part) for k, part in zip(some, parts, strict=True))
+        table = [_moved(row, i, float(row[i] + part * (end - row[i]))) for (i, end), part in places]
+        values = search.judge.values(np.array(table))
         allowed = np.array([not any(search.violations(one)) for one in table])
-        loss = np.array([-judge.decibels(v, best) for v in values.ravel()]).reshape(parts.shape)
-        return (loss <= TOLERATED_DECIBELS) & allowed.reshape(parts.shape)
+        loss = np.array([-judge.decibels(value, best) for value in values])
+        return (loss <= TOLERATED_DECIBELS) & allowed
 
-    scan = np.tile(np.arange(1, SCANNED_MACHINES + 1) / SCANNED_MACHINES, (len(ends), 1))
-    kept = good(scan)
-    whole = kept.all(axis=1)
-    first = np.where(whole, SCANNED_MACHINES, np.argmin(kept, axis=1))
-    inner, outer = (
-        first / SCANNED_MACHINES,
-        np.minimum(first + 1, SCANNED_MACHINES) / SCANNED_MACHINES,
-    )
-    for _ in range(SCAN_BISECTIONS):
-        middle = (inner + outer) / 2.0
-        fine = good(middle[:, None])[:, 0]
-        inner, outer = np.where(fine, middle, inner), np.where(fine, outer, middle)
-    reached = [
-        float(row[i] + part * (end - row[i])) for (i, end), part in zip(ends, inner, strict=True)
+    reached, going = np.zeros(len(ends)), np.arange(len(ends))
+    for k in range(1, SCANNED_MACHINES + 1):
+        going = going[good(going, np.full(len(going), k / SCANNED_MACHINES))]
+        reached[going] = k / SCANNED_MACHINES
+        if not going.size:
+            break
+    whole, step = reached == 1.0, 1.0 / SCANNED_MACHINES
+    left = np.flatnonzero(~whole)
+    for _ in range(SCAN_BISECTIONS if left.size else 0):
+        step /= 2.0
+        reached[left] += step * good(left, reached[left] + step)
+    at = [
+        float(row[i] + part * (end - row[i])) for (i, end), part in zip(ends, reached, strict=True)
     ]
     return {
-        name: Interval(
-            reached[2 * i], reached[2 * i + 1], (bool(whole[2 * i]), bool(whole[2 * i + 1]))
-        )
+        name: Interval(at[2 * i], at[2 * i + 1], (bool(whole[2 * i]), bool(whole[2 * i + 1])))
         for i, name in enumerate(names)
     }
 

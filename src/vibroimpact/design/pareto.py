@@ -4,7 +4,8 @@ Method      Differential evolution for several objectives [robic2005]: each gene
             a population at random; of old and new ones together those survive that fewest
             dominate, front after front [deb2002], and within the last front those whose neighbours
             are farthest. All machines that were tried are kept; those on the front of all are judged
-            once more with ``refine`` times as many members, and what is dominated then is dropped.
+            once more with ``refine`` times as many members, from other starts, and what is dominated then
+            is dropped: the front has these values, not those for which its machines were chosen.
 Accuracy    no machine of the front is dominated by another that was tried; better ones may exist
 Reference   [robic2005], [deb2002]
 """
@@ -131,7 +132,7 @@ def pareto_front(
     budget
         Machines that are tried, at most, >= 64.
     refine
-        Machines on the front are judged again with so many times as many members; >= 1.
+        Machines on the front are judged again with so many times as many members, from other starts; >= 1.
     progress
         True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every generation.
@@ -231,7 +232,7 @@ class _Compromises:
     def judge_again(self, times: int) -> None:
         """Judge those on the front with more members, and forget the rest."""
         coarse, (table, _) = self.judges, self.front()
-        self.judges = tuple(judge.finer(times) for judge in coarse)
+        self.judges = tuple(judge.finer(times, seed=judge.objective.seed + 1) for judge in coarse)
         try:
             worth = self._judged(table)
         except KeyboardInterrupt:

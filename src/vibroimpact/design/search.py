@@ -72,14 +72,16 @@ def variables_of(system: System, bounds: Any) -> Variables:
 class Search:
     """Machines tried so far, best first on request."""
 
-    # what is judged: for the search, and with more members for the last machines
-    judges: tuple[Judge, Judge]
+    judges: list[
+        Judge
+    ]  # what is judged: of the search, and with more and more members for the last machines
     variables: Variables  # what varies
     constraints: tuple[Constraint, ...] = ()  # functions of the parameters that must be >= 0
     store: str | os.PathLike[str] | None = None  # file in which the record is kept, or None
     # called with (machines, best value) after every group of machines
     report: Callable[[int, float], object] | None = None
     seed: int = 0  # of the search, which the store must share
+    refine: int = 0  # the same
     # every machine that was evaluated: its parameters, (k, d), its value in the sense that less is better, and the
     # number of its judge
     table: list[Floats] = field(default_factory=list)
@@ -112,6 +114,28 @@ class Search:
         """End the search: what a store holds beyond it is dropped, and nothing is reported."""
         self._drop_rest()
         self.report = self.store = None
+        self.level = self.levels[-1]
+        del self.judges[self.level + 1 :]
+
+    def sharpen(self, times: int, seed: int = 0) -> None:
+        """Take a judge with ``times`` as many steps over the band and starts as the last one."""
+        self.judges.append(self.judge.finer(times, seed=seed))
+        self.level = len(self.judges) - 1
+
+    def seen_before(self, row: Floats) -> float:
+        """Objective of a machine by the judge before the one in use."""
+        k = next(
+            k for k, known in enumerate(self.table)
+            if self.levels[k] == self.level - 1 and np.array_equal(known, row)
+        )  # fmt: skip
+        return self.judge.objective.sign * self.worth[k]
+
+    @property
+    def best_before(self) -> float:
+        """Objective of the machine that was best by the judge before the one in use."""
+        levels = np.array(self.levels[: self.evaluated])
+        worth = np.array(self.worth[: self.evaluated])
+        return self.judge.objective.sign * float(worth[levels == self.level - 1].min())
 
     def _drop_rest(self) -> None:
         """Drop the machines of the store that this search has not come to."""
@@ -256,11 +280,14 @@ class Search:
 
     def _specification(self) -> str:
         """Everything on which the answers depend, but for the bodies of constraints."""
-        fixed = with_parameters(self.judge.system, self.parameters(self.variables.low))
+        fixed = with_parameters(self.judges[0].system, self.parameters(self.variables.low))
         names = ", ".join(map(_name, self.constraints))
         bounds = [part.tolist() for part in self.variables[1:]]
-        objectives = [one.objective for one in self.judges]
-        return f"{fixed!r}; {objectives!r}; {self.variables.names} {bounds}; [{names}]; {self.seed}"
+        first = self.judges[0].objective
+        return (
+            f"{fixed!r}; {first!r}; {self.variables.names} {bounds}; [{names}]; {self.seed}, "
+            f"{self.refine}"
+        )
 
 
 def constraints_of(constraints: Any) -> tuple[Constraint, ...]:

@@ -97,6 +97,14 @@ class ImpactDamper(Machine):
     mass: float = parameter(positive, "mass", "main mass $M_1$", default=1.0)
     si: bool = field(default=False, compare=False)
 
+    physical: ClassVar[Mapping[str, str]] = {
+        "M1": "mass", "M2": "mass", "K": "stiffness", "C": "damping", "F0": "force",
+        "Omega": "frequency", "D": "length", "restitution": "",
+    }  # fmt: skip
+    letters: ClassVar[Mapping[str, tuple[str, float]]] = {
+        "D": ("half_clearance", 0.5), "Omega": ("omega", 1.0), "F0": ("force", 1.0),
+    }  # fmt: skip
+
     @classmethod
     def from_physical(  # type: ignore[override]
         cls,

@@ -122,6 +122,15 @@ class ImpactOscillator(Machine):
     mass: float = parameter(positive, "mass", "mass $m$", default=1.0)
     si: bool = field(default=False, compare=False)
 
+    physical: ClassVar[Mapping[str, str]] = {
+        "M": "mass", "K": "stiffness", "C": "damping", "F0": "force", "Omega": "frequency",
+        "D": "length", "D_lower": "length", "restitution": "",
+    }  # fmt: skip
+    letters: ClassVar[Mapping[str, tuple[str, float]]] = {
+        "D": ("clearance", 1.0), "D_lower": ("lower_clearance", 1.0), "Omega": ("omega", 1.0),
+        "F0": ("force", 1.0),
+    }  # fmt: skip
+
     def _check_together(self) -> None:
         """Refuse stops without a gap between them."""
         if not -self._below < self.clearance:

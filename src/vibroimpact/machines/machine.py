@@ -6,7 +6,8 @@ its parameters: for sweeps and branches, for TOML and JSON, and as options of th
 described by its docstring. Besides those of :class:`Machine` it may have
 
 - a field ``si``, whether its numbers are in SI units, which labels then name; where the fields are
-  not the numbers that engineers have, a class method ``from_physical`` of its own;
+  not the numbers that engineers have, a class method ``from_physical`` of its own, with ``physical``, the
+  quantity of each of its arguments, and ``letters``, those of them that are a parameter but for a factor;
 - a method ``on_stop(stop, *, x1, ..., v1, ..., phase)``: a state on stop "A" or "B", from the
   remaining coordinates.
 """
@@ -88,6 +89,8 @@ class Machine(Described):
 
     __slots__ = ("__weakref__",)  # so that the mechanism is built once: model/system.py
 
+    physical: ClassVar[Mapping[str, str]] = {}
+    letters: ClassVar[Mapping[str, tuple[str, float]]] = {}
     source: ClassVar[str] = ""
     to_try: ClassVar[tuple[tuple[str, str], ...]] = ()
     example: ClassVar[Mapping[str, float]] = {}

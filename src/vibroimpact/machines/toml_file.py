@@ -11,14 +11,17 @@ from typing import Any, cast
 from vibroimpact._core.checks import names_arguments, path_of, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.texts import read_toml
-from vibroimpact.machines.machine import Machine
+from vibroimpact.machines.machine import Machine, parameters_of
+from vibroimpact.machines.quantities import checked, number_in
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
+from vibroimpact.machines.units import quantities_of
 from vibroimpact.model.elements.table import KINDS
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.hybrid_system import HybridSystem, LinearGuard, LinearMode, Transition
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
+OF_STATE = {"position": "length", "velocity": "velocity", "phase": "angle"}
 MECHANISM, PHYSICAL, HYBRID = "mechanism", "physical", "hybrid"
 TABLES = (*SHORT_TABLES, MECHANISM, HYBRID, *MACHINES)
 
@@ -84,6 +87,8 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
         )
     system = _system(path, systems[0], tables[systems[0]])
     start = tables.get("start")
+    if isinstance(start, dict) and systems != [HYBRID]:
+        start = _measured(path, "[start]", start, OF_STATE, si=getattr(system, "si", False))
     case, kind = (HybridCase, HybridStart) if systems == [HYBRID] else (Case, State)
     made: Case | HybridCase = case(
         system, None if start is None else _built(path, "[start]", kind, start)
@@ -154,8 +159,41 @@ def _system(path: Any, name: str, table: Any) -> Any:
     if isinstance(table, dict) and [*table] == [PHYSICAL]:
         physical, name, table = PHYSICAL, f"{name}.{PHYSICAL}", table[PHYSICAL]
     if physical:
+        quantities = machine_of(machine).physical or _quantities(machine_of(machine))
+        table = _measured(path, f"[{name}]", table, quantities, si=True)
         make = cast(Any, make).from_physical
+    elif isinstance(table, dict):
+        quantities = _quantities(machine_of(machine))
+        table = _measured(path, f"[{name}]", table, quantities, si=table.get("si") is True)
     return _built(path, f"[{name}]", make, table)
+
+
+def _quantities(machine: type[Machine]) -> dict[str, str]:
+    """Quantities of the parameters of a machine."""
+    known = {name: one.quantity for name, one in quantities_of(machine).items()}
+    return dict.fromkeys(parameters_of(machine), "") | known
+
+
+def _measured(path: Any, where: str, table: Any, quantities: Mapping[str, str], *, si: bool) -> Any:
+    """A table with numbers in place of texts such as "4 mm", where these are numbers with units."""
+
+    def number(name: str, value: Any) -> Any:
+        if isinstance(value, list):
+            return [number(name, one) for one in value]
+        if not isinstance(value, str):
+            return value
+        try:
+            return checked(name, number_in(value), quantities[name], si=si)
+        except InvalidParameterError as error:
+            raise InvalidParameterError(f"config = {path}: {where}: {error}") from error
+        except ValueError as error:
+            raise InvalidParameterError(f"config = {path}: {where}: {name} = {error}.") from error
+
+    if not isinstance(table, dict):
+        return table
+    return {
+        name: number(name, value) if name in quantities else value for name, value in table.items()
+    }
 
 
 def _hybrid(path: Any, table: Any) -> HybridSystem:

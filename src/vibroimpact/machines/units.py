@@ -17,6 +17,7 @@ from vibroimpact._core.quantities import UNITS
 from vibroimpact.model.state import COORDINATE
 
 COORDINATES = {"x": "length", "v": "velocity"}
+ORDERS = COORDINATES | {"a": "acceleration"}
 OF_FIELDS = {  # of mechanisms and elements
     "omega": "frequency", "mass": "mass", "damping": "damping", "stiffness": "stiffness", "upper": "length",
     "lower": "length", "constant_force": "force", "kinetic": "force", "static": "force", "belt_speed": "velocity",
@@ -62,6 +63,10 @@ class Units(NamedTuple):
     def unit(self, quantity: str) -> str:
         """Unit of a quantity; "" for a number without dimension, and where units are not those of SI."""
         return UNITS.get(quantity, "") if self.si else ""
+
+    def text(self, value: float, quantity: str) -> str:
+        """A number with its unit."""
+        return f"{value:.6g} {self.unit(quantity)}".rstrip()
 
     def label(self, text: str, quantity: str) -> str:
         """Label with its unit."""

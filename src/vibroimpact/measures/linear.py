@@ -18,17 +18,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Complexes, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.measures.flights import Flights, Struck, derivative, dual, jet, rows_of
 from vibroimpact.model.mechanism import Mechanism, accelerations, with_mass
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
+from vibroimpact.orbits.stability import Stability, stability_of
 
 ZERO_RELATIVE = 1e-12  # smaller stiffness and forces vanish but for rounding
-# A motion that dies out more slowly, relative to the fastest rate, does not settle.
-HELD_OF_FASTEST_RATE = 1e-9
 
 
 class Reach(NamedTuple):
@@ -87,6 +86,25 @@ class FreeMotion:
         return [reach for reach in found if math.isfinite(reach.gap)]
 
     @property
+    def touching_factor(self) -> float:
+        """Factor on the force, or of the gaps to what they must be, at which a stop is touched.
+
+        NaN for several forces or a constant one.
+        """
+        m = self.mechanism
+        if len(m.forces) != 1 or any(m.constant_force):
+            return math.nan
+        flights, sizes = self.flights(), {}
+        for number, part in enumerate(m.elements):
+            if part.is_stop:
+                low, high = flights.signal(partial(flights.rows.gap, part=number)).extremes()
+                sizes[number] = (high.value - low.value) / 2.0
+        factors = (
+            1.0 + reach.gap / size for reach in self.reaches if (size := sizes[reach.stop.contact])
+        )
+        return min(factors, default=math.inf)
+
+    @property
     def clearance_to_grazing(self) -> float:
         """Least gap; infinite without stops."""
         return min((reach.gap for reach in self.reaches), default=math.inf)
@@ -97,18 +115,55 @@ class FreeMotion:
         return self.clearance_to_grazing >= 0.0
 
     @property
-    def stable(self) -> bool:
-        """Whether the motion is admissible and others settle on it, but for free masses."""
-        return self.admissible and self.settles
+    def stability(self) -> Stability:
+        """Whether it is stable, neutral, unstable, or not admissible."""
+        return self.stability_opened if self.admissible else Stability.INADMISSIBLE
 
-    @cached_property
+    @property
+    def stability_opened(self) -> Stability:
+        """Stability with all stops open: where a mass stands anywhere it is neutral."""
+        held, free, _ = self._held
+        return max(stability_of(held), Stability.NEUTRAL if free else Stability.STABLE)
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is admissible and all motions near it settle on it."""
+        return self.stability is Stability.STABLE
+
+    @property
+    def family_dimension(self) -> int:
+        """Number of directions along which no spring holds the machine: in each it stands anywhere."""
+        return self._held[1]
+
+    @property
+    def attracting(self) -> bool:
+        """Whether it, or the family that it is one of, attracts starts of positive measure.
+
+        It does not where a free mass that has any speed drifts until it meets a stop.
+        """
+        return self.admissible and self.settles and not self._held[2]
+
+    @property
     def settles(self) -> bool:
         """Whether all motions that something holds die out."""
+        return stability_of(self._held[0]) is Stability.STABLE
+
+    @cached_property
+    def _held(self) -> tuple[Complexes, int, bool]:
+        """Multipliers of all that something holds, number of free directions, whether some of them drift.
+
+        Multipliers are those over the slowest time, so that what dies out at all is inside the unit circle.
+        """
         m = self.mechanism
-        rates, unheld = np.linalg.eigvals(_matrix(m)), loose(m)
-        free = len(unheld) + int(np.linalg.matrix_rank(unheld @ m.mass)) if len(unheld) else 0
-        slow = np.sort(rates.real)[: len(rates) - free] if free else rates.real
-        return bool(np.all(slow < -HELD_OF_FASTEST_RATE * np.abs(rates).max()))
+        unheld, rates = loose(m), np.linalg.eigvals(_matrix(m))
+        drifting = 0
+        if len(unheld):  # along directions without a dashpot
+            _, sizes, directions = np.linalg.svd(np.array(m.damping) @ unheld.T)
+            coasting = directions[sizes <= ZERO_RELATIVE * np.abs(m.damping).max()] @ unheld
+            drifting = int(np.linalg.matrix_rank(coasting @ m.mass)) if len(coasting) else 0
+        held = rates[np.argsort(np.abs(rates))][len(unheld) + drifting :]
+        fastest = float(np.abs(rates).max())
+        return np.exp(held.real / (fastest or 1.0)).astype(complex), len(unheld), drifting > 0
 
     def _state(self, varied: Mechanism) -> tuple[Floats, Floats, Jet]:
         """(x, v, theta) at phase zero, its derivative, and the period, from numbers or jets."""
@@ -145,6 +200,13 @@ def _matrix(m: Mechanism) -> Floats:
         rest = pull[light] - damping[light] @ speeds
         speeds[light] = np.linalg.solve(damping[np.ix_(light, light)], rest)
     found: Floats = np.vstack([speeds, accelerations(m, pull - damping @ speeds)[heavy]])
+    return found
+
+
+def natural_frequencies(m: Mechanism) -> Floats:
+    """Angular frequencies at which the machine vibrates with all stops open, rising."""
+    turning = np.linalg.eigvals(_matrix(m)).imag
+    found: Floats = np.sort(turning[turning > 0.0])
     return found
 
 

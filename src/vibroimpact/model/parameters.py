@@ -151,6 +151,12 @@ def parameter_value(system: System, name: str) -> float:
     if isinstance(system, Mechanism) and name not in [*known]:
         check_kind("parameter", name, str, "a name or a path")
         return _at_path(system, name)
+    letters = getattr(system, "letters", {})
+    if name in [*letters]:
+        own, factor = letters[name]
+        raise InvalidParameterError(
+            f"parameter = {name!r}: is {own}{'' if factor == 1.0 else f' = {factor:g} {name}'} here. Give {own}."
+        )
     check_choice("parameter", name, known)
     return float(known[name])
 

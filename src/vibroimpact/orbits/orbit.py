@@ -37,11 +37,15 @@ from vibroimpact.orbits.newton import (
 )
 from vibroimpact.orbits.problem import OrbitProblem, Signature, impacting
 from vibroimpact.orbits.reversals import held_reversal
+from vibroimpact.orbits.stability import (
+    SPLIT_DISTANCE,
+    Stability,
+    attracts,
+    in_words,
+    stability_of,
+)
 from vibroimpact.results.result import Result, along, complex_columns
 
-# A multiplier that is so near to the unit circle is neither inside nor outside.
-NEUTRAL_DISTANCE = 1e-9
-SPLIT_DISTANCE = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
 # A guard whose rate is smaller, relative to its changes in a flight time, is only touched.
 TOUCHING_RATE_OF_CHANGE = 1e-7
 LARGEST_RESIDUAL = 1e-8  # with larger relative residuals Newton's method has not converged
@@ -278,11 +282,22 @@ class Orbit(Result):
         problem = OrbitProblem(self.system, self.signature, "")
         return family_dimension(problem, problem.packed(self.states, self.durations))
 
+    @cached_property
+    def stability(self) -> Stability:
+        """Whether it is stable, neutral, unstable, or not admissible, by its multipliers."""
+        if not self.admissible:
+            return Stability.INADMISSIBLE
+        return stability_of(self.multipliers, self.family_dimension)
+
     @property
     def stable(self) -> bool:
-        """Whether it is converged and admissible, with all multipliers below 1 - 1e-9 in modulus."""
-        inside = bool(np.all(np.abs(self.multipliers) < 1.0 - NEUTRAL_DISTANCE))
-        return self.converged and inside and self.admissible
+        """Whether it is admissible, with all multipliers inside the unit circle."""
+        return self.stability is Stability.STABLE
+
+    @property
+    def attracting(self) -> bool:
+        """Whether it, or the family that it is one of, attracts starts of positive measure."""
+        return attracts(self.multipliers, self.family_dimension, self.stability)
 
     @property
     def admissible(self) -> bool:
@@ -365,7 +380,7 @@ class Orbit(Result):
             .assign_attrs(
                 symbol=self.symbol,
                 period=self.period,
-                stable=int(self.stable),
+                stability=self.stability.words,
                 inadmissible_reason=self.inadmissible_reason,
             )
         )
@@ -374,11 +389,8 @@ class Orbit(Result):
         if not self.converged:
             return f"Orbit({self.symbol}: {self.status})"
         kind = "symmetric, " if self.symmetric else ""
-        neutral = self.family_dimension and np.all(np.abs(self.multipliers) <= 1.0 + SPLIT_DISTANCE)
-        verdict = "stable" if self.stable else "neutral" if neutral else "unstable"
-        why = f"; not admissible: {self.inadmissible_reason}" if self.inadmissible_reason else ""
-        if self.family_dimension:
-            why = f"; one of a {self.family_dimension}-parameter family of orbits" + why
+        verdict = in_words(self.stability, self.family_dimension)
+        why = f"; {self.inadmissible_reason}" if self.inadmissible_reason else ""
         values = ", ".join(f"{x:.6g}" for x in self.multipliers)
         return (
             f"Orbit({self.symbol}, {kind}{verdict}, period {self.period:.6g}{why})\n"

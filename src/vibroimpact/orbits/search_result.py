@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import impacting
+from vibroimpact.orbits.stability import flags, in_words
 from vibroimpact.results.result import Result, complex_columns
 
 
@@ -96,7 +98,7 @@ class OrbitSearch(Result):
     def table(self) -> str:
         """Table of the orbits."""
         least = units_of(self.system).label("clearance", "length")
-        heads = ("orbit", "impacts", "symmetric", "stable", "|multiplier|", least, "")
+        heads = ("orbit", "impacts", "symmetric", "stability", "|multiplier|", least, "")
         rows = [heads, *(self._row(k) for k in range(len(self)))]
         sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return "\n".join(
@@ -107,15 +109,14 @@ class OrbitSearch(Result):
     def _row(self, k: int) -> tuple[str, ...]:
         orbit, image = self.orbits[k], self.mirror_of[k]
         remark = f"mirror image of {image}" if image is not None else ""
-        why = orbit.inadmissible_reason and f"not admissible: {orbit.inadmissible_reason}"
         return (
             f"{k}  {orbit.symbol}",
             sequence_of(orbit),
             "yes" if orbit.symmetric else "no",
-            "yes" if orbit.stable else "no",
+            in_words(orbit.stability, orbit.family_dimension),
             f"{abs(orbit.multipliers[0]):.6g}",
             f"{orbit.clearance_to_grazing:.4g}",
-            "; ".join(filter(None, [remark, why])),
+            "; ".join(filter(None, [remark, orbit.inadmissible_reason])),
         )
 
     def to_dataset(self) -> xr.Dataset:
@@ -167,7 +168,7 @@ class OrbitSearch(Result):
             "struck": ("impact", _numbers(struck)),
         }
 
-    def _by_orbit(self) -> dict[str, tuple[str | tuple[str, ...], object]]:
+    def _by_orbit(self) -> dict[str, tuple[Any, ...]]:
         """Variables with one entry or row per orbit."""
         every, place = self.orbits, ("orbit", "multiplier")
         m = mechanism_of(self.system)
@@ -177,8 +178,7 @@ class OrbitSearch(Result):
             "symbol": ("orbit", [o.symbol for o in every]),
             "cycles": ("orbit", [o.signature.cycles for o in every]),
             "symmetric": ("orbit", _numbers([o.symmetric for o in every])),
-            "stable": ("orbit", _numbers([o.stable for o in every])),
-            "admissible": ("orbit", _numbers([o.admissible for o in every])),
+            "stability": ("orbit", np.array([o.stability for o in every], dtype=np.int8), flags()),
             "inadmissible_reason": ("orbit", [o.inadmissible_reason for o in every]),
             "mirror_of": ("orbit", _numbers([-1 if k is None else k for k in self.mirror_of])),
             **complex_columns("multipliers", place, values),

@@ -18,6 +18,7 @@ COLOURS = (
 )  # fmt: skip
 OTHER = "other attractors"
 BEHIND = "behind stop"  # not a possible start
+ELSEWHERE = "attractors marked there\nhave other values of what is not shown"
 PENETRATING = "initial penetration"
 MARKERS = "oDs^vPX"
 MOST_MARKED_POINTS = 400  # so many points of an attractor are marked at most
@@ -40,7 +41,7 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     -------
     Axes
         The Axes drawn on. The legend gives the share of the starts; those behind a stop do not
-        count.
+        count. An attractor may be marked there: its other coordinates are not those of the starts.
     """
     check_dataset("basins", basins, "vi.basins", ["attractor"])
     check_flag("marks", marks)
@@ -48,7 +49,7 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     labels = basins["attractor"]
     across, up = maps.over_two(labels)
     with style.drawing(ax, width=1.6 * style.WIDTH, height=1.3 * style.HEIGHT) as ax:
-        maps.categories(ax, labels, _shades(labels))
+        maps.categories(ax, labels, _shades(labels, explained=marks and _over_behind(basins)))
         limits = ax.get_xlim(), ax.get_ylim()
         if marks:
             _mark(ax, basins, (across, up))
@@ -57,7 +58,25 @@ def plot_basins(basins: xr.Dataset, *, ax: Axes | None = None, marks: bool = Tru
     return ax
 
 
-def _shades(labels: xr.DataArray) -> list[maps.Shade]:
+def _over_behind(basins: xr.Dataset) -> bool:
+    """Whether a mark of an attractor lies where no start is possible: its other coordinates differ."""
+    labels = basins["attractor"]
+    across, up = maps.over_two(labels)
+    behind = [
+        code for code, words in flags(labels).items() if words == PENETRATING.replace(" ", "_")
+    ]
+    shade = np.isin(labels.transpose(across, up).values, behind)
+    found = np.flatnonzero((labels.values >= 0).ravel())
+    places = []
+    for name in (across, up):
+        axis, end = np.asarray(basins[name].values, dtype=float), _final(basins, name)[found]
+        inside = (end >= axis.min()) & (end <= axis.max())
+        places.append(np.where(inside, np.abs(end[:, None] - axis).argmin(axis=1), -1))
+    shown = (places[0] >= 0) & (places[1] >= 0)
+    return bool(shade[places[0][shown], places[1][shown]].any())
+
+
+def _shades(labels: xr.DataArray, *, explained: bool = False) -> list[maps.Shade]:
     """Shades with their shares of the possible starts: those behind a stop have no share."""
     meanings = flags(labels)
     codes = sorted(meanings, key=lambda code: (code < 0, abs(code)))
@@ -69,7 +88,9 @@ def _shades(labels: xr.DataArray) -> list[maps.Shade]:
 
     def label(shade: maps.Shade) -> str:
         share = 100.0 * float(np.isin(labels.values, shade.codes).sum()) / total
-        return shade.words if shade.words == BEHIND else f"{shade.words}, {share:.3g}%"
+        if shade.words == BEHIND:
+            return f"{BEHIND} at the start; {ELSEWHERE}" if explained else BEHIND
+        return f"{shade.words}, {share:.3g}%"
 
     return [shade._replace(words=label(shade)) for shade in found]
 

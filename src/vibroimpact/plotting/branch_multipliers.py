@@ -42,7 +42,7 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
     Returns
     -------
     Axes
-        The Axes drawn on. The critical multipliers of special points are marked. Small circles on
+        The Axes drawn on. The critical multipliers of special points are marked. Stars on
         the unit circle are the strong resonances 1:1 to 1:4. Multipliers beyond 1.6 lie outside
         the picture.
     """
@@ -57,8 +57,7 @@ def plot_branch_multipliers(branch: Branch, *, ax: Axes | None = None) -> Axes:
         marked = [point for point in branch.special_points if len(_critical(point))]
         for kind in dict.fromkeys(point.record for point in marked):
             ax.plot([], [], label=kind.name, **marker_of(kind))
-        if marked:
-            style.legend_outside(ax, columns=2)
+        style.legend_outside(ax, columns=2)
         _mark(ax, marked)
     return ax
 

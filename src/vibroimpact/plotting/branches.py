@@ -12,10 +12,11 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_flag, check_kind, ends_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.branches.branch import Branch, BranchProfile, Stability, profile
+from vibroimpact.branches.branch import Branch, BranchProfile, profile
 from vibroimpact.branches.profile import ONE_PER_ORBIT, coordinate, impacts_at, mirrored
 from vibroimpact.machines.units import OF_ORBITS, Units, units_of
 from vibroimpact.orbits.find import impact_of
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
 from vibroimpact.plotting.branch_looks import in_order, marker_of, parameter_label
@@ -23,12 +24,10 @@ from vibroimpact.plotting.labels import Labels
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.variables import check_dataset
 
-LINES = {Stability.STABLE: "-", Stability.UNSTABLE: (0, (4.0, 2.0)), Stability.INADMISSIBLE: ":"}
-WORDS = {
-    Stability.STABLE: "stable",
-    Stability.UNSTABLE: "unstable",
-    Stability.INADMISSIBLE: "not admissible",
-}
+LINES = {
+    Stability.STABLE: "-", Stability.NEUTRAL: (0, (6.0, 1.5, 1.0, 1.5)),
+    Stability.UNSTABLE: (0, (4.0, 2.0)), Stability.INADMISSIBLE: ":",
+}  # fmt: skip
 CLOUD = "#A8A8A8"  # attractors, behind
 LEGEND_COLUMNS = 4  # the legend has so many columns
 WORDS_OF_ORBITS = {
@@ -49,7 +48,7 @@ def plot_branches(
     marks: bool = True, stop: tuple[int, int] | None = None, mirror: bool = False,
     attractors: xr.Dataset | None = None, bounds: tuple[float, float] | None = None,
 ) -> Axes:  # fmt: skip
-    """Draw branches: stable solid, unstable dashed, not admissible dotted.
+    """Draw branches: stable solid, neutral dash-dotted, unstable dashed, not admissible dotted.
 
     Parameters
     ----------
@@ -213,7 +212,7 @@ def _legend(
             kind = ", symmetric" if branch.family.signature.symmetric else ""
             ax.plot([], [], color=colour, linewidth=1.2, label=f"{number}: {branch.symbol}{kind}")
     for stability in sorted(seen):
-        ax.plot([], [], linestyle=LINES[stability], color=style.BLACK, label=WORDS[stability])
+        ax.plot([], [], linestyle=LINES[stability], color=style.BLACK, label=stability.words)
     kinds = (point.record for branch in branches for point in branch.special_points if points)
     for one in in_order(kinds):
         ax.plot([], [], label=one.name, **marker_of(one))

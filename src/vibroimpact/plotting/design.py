@@ -14,12 +14,19 @@ from vibroimpact.design.maps import DesignMap
 from vibroimpact.design.objective import Judge
 from vibroimpact.design.optimise import Design
 from vibroimpact.design.pareto import ParetoFront
+from vibroimpact.design.search import UNVALUED_WORTH
 from vibroimpact.machines.units import Units, units_of
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import band_label, parameter_label
 
 LINEAR_VALUES = 200  # the linear machine is drawn through so many values
 KINDS = ("response", "search")
+JUDGED = (
+    style.SILVER,
+    style.SKY,
+    style.BLUE,
+    style.BLACK,
+)  # machines by their judge, the last the finest
 
 
 def plot_design(design: Design, *, what: str = "response", ax: Axes | None = None) -> Axes:
@@ -31,7 +38,8 @@ def plot_design(design: Design, *, what: str = "response", ax: Axes | None = Non
         A result of :func:`vibroimpact.optimise`.
     what
         "response": the worst motion at each value of the band, from all starts; "search": every
-        machine that was tried, and the best so far.
+        machine that was tried, a colour for each number of values and starts by which it was judged, with a
+        line for the best so far.
     """
     check_kind("design", design, Design, "a Design, as vi.optimise gives")
     check_choice("what", what, KINDS)
@@ -50,7 +58,7 @@ def _response(ax: Axes, design: Design) -> None:
     ax.plot(over * fine, judge.opened(LINEAR_VALUES), color=style.GREY, label="without impacts")
     ax.plot(
         over * coarse, judge.over_band(row), color=style.BLUE, marker="o", markersize=2.5,
-        label="best machine, worst of all starts",
+        label="best machine, verified, worst of all starts",
     )  # fmt: skip
     ax.set(xlabel=band_label(judge.band, units), ylabel=_text(judge, units))
     ax.set_ylim(bottom=0.0)
@@ -58,15 +66,21 @@ def _response(ax: Axes, design: Design) -> None:
 
 
 def _search(ax: Axes, design: Design) -> None:
-    data = design.to_dataset()
-    values = data["value"].values
-    style.points(ax, np.arange(1, len(values) + 1), values, color=style.SILVER, label="machine")
-    count, best = design.history
-    ax.step(count, best, where="post", color=style.BLUE, label="best so far")
+    search = design.search
+    worth, levels = np.array(search.worth), np.array(search.levels)
+    values = np.where(worth < UNVALUED_WORTH, design.objective.sign * worth, np.nan)
+    tried, (count, best) = np.arange(1, len(values) + 1), map(np.array, design.history)
+    for level, judge in enumerate(search.judges):
+        o, at = judge.objective, levels == level
+        colour = JUDGED[min(level, len(JUDGED) - 1)]
+        text = f"{o.points} values, {o.starts} starts"
+        style.points(ax, tried[at], values[at], color=colour, label=text)
+        own = levels[count - 1] == level
+        ax.step(count[own], best[own], where="post", color=colour)
     ax.set(xlabel="machines tried", ylabel=_text(design.judge, units_of(design.system)))
     valued = values[np.isfinite(values)]
     low, high = float(valued.min()), float(np.quantile(valued, 0.95))
-    ax.set_ylim(low - 0.1 * (high - low), high)
+    ax.set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     style.legend_outside(ax, columns=2)
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from os import PathLike
 
 from vibroimpact import _kernel
+from vibroimpact._core.checks import check_kind, path_of
+from vibroimpact._core.files import check_target, write_files
 from vibroimpact.design.optimise import Design
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.machine_table import parameter_words
@@ -23,6 +26,7 @@ from vibroimpact.plotting.report import (
 )
 from vibroimpact.plotting.words import number
 from vibroimpact.response.response import Response
+from vibroimpact.results.files import PAGES
 
 
 def design_report(best: Design, response: Response, *, title: str = "", command: str = "") -> str:
@@ -62,6 +66,17 @@ def design_report(best: Design, response: Response, *, title: str = "", command:
     return page.__html__()
 
 
+def write_report(
+    best: Design, response: Callable[[], Response], path: str | PathLike[str], *, title: str = ""
+) -> None:
+    """Write a report to a file; see :meth:`Design.report`. The response is computed where the name can be written."""
+    target = path_of("path", path)
+    check_target(target, PAGES, "path")
+    check_kind("title", title, str, "a text")
+    text = design_report(best, response(), title=title)
+    write_files({target: text.encode()})
+
+
 def _in_brief(best: Design) -> Iterator[str]:
     """The parameters, and what they gain."""
     units = units_of(best.system)
@@ -70,18 +85,23 @@ def _in_brief(best: Design) -> Iterator[str]:
         for name, value in best.parameters.items()
     )
     yield f"Best of {best.machines} machines: {listed}."
+    for name, end in best.at_bounds.items():
+        yield (
+            f"The {parameter_words(name, units)[0]} is at its {end} bound: beyond it there may be better "
+            "machines."
+        )
     if math.isfinite(best.reduction_db):
         yield (
-            f"The {best.label} is {number(best.value, best.units[''])} as the search saw it, "
-            f"{best.reduction_db:.3g} dB better than with all stops open. With more values of the band "
-            f"and other starts it is {number(best.verified, best.units[''])}."
+            f"The {best.label} is {number(best.value, best.units[''])}, {best.reduction_db:.3g} dB better than "
+            "with all stops open, as verified with more values of the band and other starts than those of the "
+            f"search, in which it was {number(best.searched, best.units[''])}."
         )
 
 
 def _before_and_after(best: Design) -> Block:
     return Picture(
         picture_of(best.plot()),
-        "The best machine beside the same one with all its stops open, as the search saw both.",
+        "The best machine beside the given one with all its stops open, as verified.",
         "The response before and after",
     )
 
@@ -98,7 +118,8 @@ def _sensitivities(best: Design) -> Block:
             for x, at in zip((low, high), at_bounds, strict=True)
         ]
         slope = f"{best.sensitivity[name].value:.3g}"
-        rows.append((words, Symbol(symbol), number(value, unit), slope, " to ".join(ends)))
+        at = f" ({best.at_bounds[name]} bound)" if name in best.at_bounds else ""
+        rows.append((words, Symbol(symbol), number(value, unit) + at, slope, " to ".join(ends)))
     kind = "exact" if best.sensitivity_exact else "by differences"
     up = f" in {best.units['']}" if best.units[""] else ""
     caption = (
@@ -110,9 +131,10 @@ def _sensitivities(best: Design) -> Block:
 
 def _limits(best: Design) -> Iterator[str]:
     """Section of what the search did."""
-    seen = best.objective
+    first, last = best.search.judges[0].objective, best.objective
     yield (
-        f"A search of {best.machines} machines ({best.why_stopped}): each at {seen.points} values of the "
-        f"band from {seen.starts} starts, {seen.periods:g} forcing periods after {seen.settle_periods:g}. "
+        f"A search of {best.machines} machines ({best.why_stopped}): each at {first.points} values of the "
+        f"band from {first.starts} starts, {first.periods:g} forcing periods after {first.settle_periods:g}; "
+        f"verified at {last.points} values from {last.starts} starts. "
         "Another seed may find another machine that is as good."
     )

@@ -47,7 +47,7 @@ def plot_multipliers(
     Returns
     -------
     Axes
-        The Axes drawn on. Small circles on the unit circle are the strong resonances 1:1 to 1:4.
+        The Axes drawn on. Stars on the unit circle are the strong resonances 1:1 to 1:4.
     """
     path = [path] if isinstance(path, Orbit) else path
     half = _has_half_map(path) if half is None else half
@@ -57,6 +57,7 @@ def plot_multipliers(
         unit_circle(ax)
         if labels is None:
             _points(ax, values, along, units)
+            style.legend_outside(ax, columns=1)
         else:
             _named(ax, values, labels)
         symbol = r"\nu" if half else r"\lambda"
@@ -116,8 +117,8 @@ def unit_circle(ax: Axes) -> None:
     ax.axvline(0.0, color=style.GREY, linewidth=0.4, zorder=0)
     ax.plot(turn.real, turn.imag, color=style.BLACK, linewidth=0.8, zorder=1)
     strong = np.exp(2j * np.pi * np.array(sorted({p / q for q in STRONG for p in range(q)})))
-    ax.plot(strong.real, strong.imag, "o", markersize=4.0, markerfacecolor="white",
-            markeredgecolor=style.BLACK, markeredgewidth=0.7, zorder=2)  # fmt: skip
+    ax.plot(strong.real, strong.imag, linestyle="none", marker=(8, 2, 0), markersize=5.5, color=style.GREY,
+            label="strong resonances 1:1 to 1:4", zorder=2)  # fmt: skip
 
 
 def _named(ax: Axes, values: NDArray[np.complex128], labels: Sequence[str]) -> None:

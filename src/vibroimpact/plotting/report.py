@@ -20,11 +20,12 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_flag, check_kind, path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import check_target, write_files
-from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.registry import name_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Rms, coefficients_of
+from vibroimpact.model.parameters import names_of
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.plotting import style
 from vibroimpact.plotting.machine_table import Varied, machine_table, parameter_words, units_text
 from vibroimpact.plotting.mechanism import has_numbers, plot_mechanism
@@ -37,6 +38,7 @@ from vibroimpact.response.compare import (
     is_comparable,
     measured_beside,
     primary_of,
+    touching_factor,
     worst_of_comparison,
 )
 from vibroimpact.response.response import Response
@@ -46,6 +48,7 @@ PLAIN = "Numbers are in the units in which the machine was given."
 TABLE_VALUES = 5  # the table of answers has so many values of the parameter
 MOST_CELL_NAMES = 8  # a cell lists so many names of motions at most
 MOST_CELL_STRETCHES = 3  # a cell lists so many stretches of the parameter at most
+SAME_RELATIVE = 1e-6  # values that differ by less, relative to them, are as much
 LEAST_WRITTEN_RATIO = 2.0  # a smaller ratio is written in per cent
 
 
@@ -116,9 +119,19 @@ def in_brief(response: Response, compare: Sequence[str] = ()) -> list[str]:
 def worst_sentence(response: Response) -> str:
     """The largest value on which the machine settles, where, and by what motion."""
     worst = response.worst
-    return (
+    text = (
         f"The largest {response.measure.label}{_whose(response)} {_over(response)} is "
         f"{value_of(worst)}, at {place_of(worst)}. The motion there {motion_in_words(worst.motion)}."
+    )
+    largest = response.largest(neutral=True)
+    if largest.stability is not Stability.NEUTRAL:
+        return text
+    neutral = "It is neutral: a free mass stands anywhere between its stops, until it is pushed."
+    if largest.value == worst.value:
+        return f"{text} {neutral}"
+    return (
+        f"{text} A motion that {motion_in_words(largest.motion)} has {value_of(largest)}, at "
+        f"{place_of(largest)}. {neutral}"
     )
 
 
@@ -130,6 +143,12 @@ def comparison_sentence(response: Response, which: str) -> str:
             "same mass, the best of its kind,"}[which]  # fmt: skip
     if math.isnan(value):
         return f"{_capital(name)} the machine has no steady motion to compare with."
+    if (
+        math.isfinite(value)
+        and response.worst.silent
+        and abs(response.worst.value - value) <= SAME_RELATIVE * value
+    ):
+        return f"That is as much as {name}: no stop is met.{_touching(response)}"
     where = "over the whole band"
     if not math.isnan(place):
         where = f"at {number(place * shown.across, shown.unit_across)}"
@@ -143,6 +162,21 @@ def comparison_sentence(response: Response, which: str) -> str:
         f"{_capital(name)} it would be {at}. This machine has {_share(worst.value / value)}: "
         f"{'a reduction' if level < 0.0 else 'an increase'} of {abs(level):.3g} dB."
     )
+
+
+def _touching(response: Response) -> str:
+    """From where on the stops are touched, for a machine that says what its force and its gap are."""
+    factor, known = touching_factor(response), names_of(response.system)
+    if not 1.0 < factor < math.inf:
+        return ""
+    units, said = units_of(response.system), [f"{number(factor)} times the force"]
+    if "force" in known:
+        said[0] += f", {units_text(units, 'force', factor * known['force'])}"
+    for name in ("half_clearance", "clearance"):
+        if known.get(name, 0.0) > 0.0:
+            words = parameter_words(name, units)[0]
+            said.append(f"with a {words} of {units_text(units, 'length', known[name] / factor)}")
+    return f" Touching begins at {', or '.join(said)}."
 
 
 def _share(factor: float) -> str:
@@ -169,10 +203,11 @@ def settled(response: Response) -> list[list[Answer]]:
 
     These are the motions that were simulated, and stable orbits that no start reached.
     """
-    return [
+    every = (
         [*many, *_unreached(response, value, many)]
         for value, many in zip(response.values.tolist(), response.answers, strict=True)
-    ]
+    )
+    return [[a for a in many if a.attracting] or many for many in every]
 
 
 def _unreached(response: Response, value: float, many: Sequence[Answer]) -> Iterator[Answer]:

@@ -11,22 +11,27 @@ from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_choice, check_flag, check_kind, refusal
 from vibroimpact._core.types import Floats, Integers
-from vibroimpact.branches.branch import Stability
 from vibroimpact.machines.units import Units, units_of
 from vibroimpact.normal_forms.kind import PointKind
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import band_label, marker_of
-from vibroimpact.plotting.branches import LINES, WORDS
+from vibroimpact.plotting.branches import LINES
 from vibroimpact.response.compare import COMPARISONS, comparison, decibels
 from vibroimpact.response.curves import ResponseCurve
 from vibroimpact.response.response import Response
 from vibroimpact.response.tuned import TunedDamper
 
 BESIDE = {"linear": (style.GREY, "linear, stops open"), "tuned": (style.GREEN, "tuned mass damper")}
+WITHOUT = "without impacts"
 SIMULATED, SEEN = style.VERMILION, style.SILVER
 STRETCH_SHARES = (0.0, 0.25, 0.5, 0.75)  # values are taken at these shares of a stretch
 # Values of motions that do not settle are cut off above so many times those of what settles.
 TOP_FACTOR = 1.15
+UNSETTLED_FACTOR = (
+    3.0  # the motion without impacts is drawn up to so many times the largest that settles
+)
+MARGIN_OF_BAND = 0.015  # the axes are wider than the band by so much at each end
 SHOWN_DECIBELS = 60.0  # values that are farther below the largest are cut off
 
 
@@ -46,7 +51,7 @@ def plot_response(
     response: Response, *, ax: Axes | None = None, decibel: bool = False,
     compare: Sequence[str] = (), marks: bool = True,
 ) -> Axes:  # fmt: skip
-    """Draw a frequency response: stable solid, unstable dashed, not admissible dotted.
+    """Draw a frequency response: stable solid, neutral dash-dotted, unstable dashed, not admissible dotted.
 
     Motions that are on no branch are points, those of a torus or chaos with their rms where a row
     is measured; simulated motions on branches are pale points behind these.
@@ -137,8 +142,12 @@ def _curves(ax: Axes, response: Response, axes: _Axes) -> None:
         p, y = p * axes.over, axes.y(values)
         for kind in Stability:
             for begin, end in _runs(stability == kind):
-                text = "without impacts" if without else _named(kind)
-                label = None if text in named or (without and kind) else text
+                text = _silent(kind) if without else _named(kind)
+                label = (
+                    None
+                    if text in named or (without and any(one.startswith(WITHOUT) for one in named))
+                    else text
+                )
                 named |= {text} if label else set()
                 ax.plot(
                     p[begin : end + 1], y[begin : end + 1], color=colour, linestyle=LINES[kind],
@@ -157,8 +166,12 @@ def _drawn(curve: ResponseCurve) -> tuple[Floats, Floats, Integers]:
     return places, values, np.repeat(curve.stability, len(STRETCH_SHARES))
 
 
+def _silent(kind: Stability) -> str:
+    return WITHOUT + ("" if kind == Stability.STABLE else f", {kind.words}")
+
+
 def _named(kind: Stability) -> str:
-    return "stable orbits" if kind == Stability.STABLE else WORDS[kind]
+    return "stable orbits" if kind == Stability.STABLE else kind.words
 
 
 def _runs(mask: Any) -> list[tuple[int, int]]:
@@ -182,13 +195,18 @@ def _marks(ax: Axes, response: Response, axes: _Axes) -> None:
 def _limits(ax: Axes, response: Response, axes: _Axes, others: list[Floats]) -> None:
     """The band, and the values that occur: what does not settle does not set the scale."""
     band = response.band
-    ax.set_xlim(band.low * axes.over, band.high * axes.over)
+    band_margin = MARGIN_OF_BAND * (band.high - band.low)  # marks at both ends are whole
+    ax.set_xlim((band.low - band_margin) * axes.over, (band.high + band_margin) * axes.over)
     values = [abs(a.value) for many in response.answers for a in many]
     values += [float(np.nanmax(np.abs(part))) for part in others]
     values = [x for x in values if np.isfinite(x) and x > 0.0]
     if not values:
         return
-    top = float(axes.y([max(values)])[0])
+    silent = [c.value for c in response.curves if c.branch is None]
+    largest = max(
+        (float(np.abs(part[np.isfinite(part)]).max(initial=0.0)) for part in silent), default=0.0
+    )
+    top = float(axes.y([max(*values, min(largest, UNSETTLED_FACTOR * max(values)))])[0])
     if axes.decibel:
         low = max(float(axes.y([min(values)])[0]), top - SHOWN_DECIBELS)
         ax.set_ylim(low - 3.0, top + 3.0)

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from vibroimpact._core.checks import check_choice, check_flag, refusal
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import Units, of_coordinate, units_of
+from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style
 from vibroimpact.simulation.places import AtStop
 from vibroimpact.simulation.sections import Section
@@ -50,9 +51,29 @@ def plot_section(
             for name in (x, y)
         )
         ax.set(xlabel=xlabel, ylabel=ylabel)
+        sizes = _sizes(section)
+        narrow = [style.widen_constant(ax, axis, sizes[c[0]]) for axis, c in (("x", x), ("y", y))]
+        if all(narrow) and len(across):
+            ax.annotate(
+                "one point",
+                (across[0], up[0]),
+                (6.0, 6.0),
+                textcoords="offset points",
+                fontsize=9.0,
+            )
         if "label" in looks:
             style.legend_outside(ax, columns=2)
     return ax
+
+
+def _sizes(section: Section) -> dict[str, float]:
+    """Size of the motion in places, velocities and phases: a speed is a place times the forcing frequency."""
+    place, speed = (
+        float(np.abs(part).max(initial=0.0)) for part in (section.position, section.velocity)
+    )
+    omega = float(getattr(mechanism_of(section.system), "omega", 0.0)) or 1.0
+    length = max(place, speed / omega)
+    return {"x": length, "v": length * omega, "p": 2.0 * np.pi}
 
 
 def coordinate_label(name: str, units: Units, after_impact: bool = True) -> str:

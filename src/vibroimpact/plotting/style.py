@@ -45,7 +45,7 @@ PIXELS_PER_INCH = 300
 LEGEND_MARKER = 4.0  # points
 FOOT_OF_AXES = 0.012  # the first row of marks at the lower edge is so high, relative to the axes
 SHADES = ((BLACK, 0.0), (BLACK, 0.45), ("#FFFFFF", 0.45), (BLACK, 0.7), ("#FFFFFF", 0.7))
-CONSTANT_RELATIVE_RANGE = 1e-10  # a number that varies less along an axis is drawn as constant
+CONSTANT_RELATIVE_RANGE = 1e-6  # a number that varies less along an axis is drawn as constant
 
 RC: Any = {
     "font.family": "STIXGeneral",
@@ -96,12 +96,14 @@ def mixed(colour: str, other: str, share: float) -> str:
     return to_hex((1.0 - share) * pair[0] + share * pair[1]).upper()
 
 
-def widen_constant(ax: Axes) -> None:
-    """Widen the ordinate where the data vary by rounding only."""
-    low, high = ax.get_ylim()
-    middle, size = (low + high) / 2.0, max(abs(low), abs(high))
-    if abs(high - low) < CONSTANT_RELATIVE_RANGE * size:
-        ax.set_ylim(middle - 0.05 * size, middle + 0.05 * size)
+def widen_constant(ax: Axes, axis: str = "y", size: float = 0.0) -> bool:
+    """Widen an axis where the data vary by rounding only, beside their size or a given one; whether they do."""
+    low, high = getattr(ax, f"get_{axis}lim")()
+    middle, size = (low + high) / 2.0, max(abs(low), abs(high), size)
+    constant = bool(abs(high - low) < CONSTANT_RELATIVE_RANGE * size)
+    if constant:
+        getattr(ax, f"set_{axis}lim")(middle - 0.05 * size, middle + 0.05 * size)
+    return constant
 
 
 def save(ax: Axes, path: str | PathLike[str]) -> None:

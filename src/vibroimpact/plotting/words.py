@@ -7,13 +7,11 @@ import re
 
 from matplotlib.ticker import EngFormatter
 
-from vibroimpact.response.answers import Answer
-from vibroimpact.response.curves import is_silent
+from vibroimpact.response.answers import SILENT, Answer, is_silent
 
 SHOWN_DIGITS = 4
 PREFIXED = ("m", "m/s", "m/s²", "N", "N s", "W", "N/m", "N s/m")  # mm, kN; but no kkg
 SYMBOL = re.compile(r"(\d+)-(\d+-\d+(?:,\d+-\d+)*)(?: \(contact .*\))?")
-SILENT = "no impacts"
 KINDS = {  # what a motion does, the calmest first
     SILENT: "has no impacts",
     "one": "repeats every forcing period, with impacts",

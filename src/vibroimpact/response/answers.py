@@ -13,6 +13,7 @@ Fails       attractors with small basins are missed; slow transients are answers
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
@@ -28,6 +29,7 @@ from vibroimpact.model.mechanism import stop_sizes, with_mass
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.stability import Stability, in_words
 from vibroimpact.simulation.places import AtPhase
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
@@ -45,7 +47,8 @@ COMPARED_COORDINATES = 12  # the ranges of so many coordinates at most tell moti
 SAMPLED_MACHINES = 9  # so many machines of the band tell the size of random speeds
 SPEED_FACTOR = 1.5  # random speeds reach so many times those of the linear machine
 # A motion that has no symbol has one of these words.
-WORDS_WITHOUT_SYMBOL = ("chaotic", "not periodic", "no impacts")
+SILENT = "no impacts"
+WORDS_WITHOUT_SYMBOL = ("chaotic", "not periodic", SILENT)
 # Sweeps hold these observers besides those of the measure.
 OBSERVER_NAMES = ("symbol", "impacts", "lyapunov", "final")
 
@@ -71,8 +74,11 @@ class Answer:
         The value of the parameter, and the measure.
     motion
         Symbol n-p-q of a periodic motion; "chaotic", "not periodic", "no impacts".
-    stable, admissible
-        Of an orbit; a motion that was simulated is both.
+    stability
+        Of an orbit, :class:`Stability`; a motion that was simulated is stable, or neutral where a mass that
+        nothing holds stands between its stops.
+    attracting
+        Whether it attracts starts of positive measure.
     derivative
         Exact derivative of the measure along the branch; NaN of a motion that is on none.
     rms, peak
@@ -93,8 +99,8 @@ class Answer:
     parameter: float
     value: float
     motion: str
-    stable: bool = True
-    admissible: bool = True
+    stability: Stability = Stability.STABLE
+    attracting: bool = True
     derivative: float = math.nan
     rms: float = math.nan
     peak: float = math.nan
@@ -103,6 +109,21 @@ class Answer:
     orbit: Motion | None = field(default=None, repr=False)
     state: State | None = field(default=None, repr=False)
     shown: Shown = field(default=PLAIN, repr=False)
+
+    @property
+    def stable(self) -> bool:
+        """Whether it is stable."""
+        return self.stability is Stability.STABLE
+
+    @property
+    def admissible(self) -> bool:
+        """Whether it is a motion of the machine."""
+        return self.stability is not Stability.INADMISSIBLE
+
+    @property
+    def silent(self) -> bool:
+        """Whether it has no impacts."""
+        return self.motion == SILENT or is_silent(self.motion)
 
     @property
     def parameter_shown(self) -> float:
@@ -115,10 +136,14 @@ class Answer:
         return self.orbit is not None or self.motion not in WORDS_WITHOUT_SYMBOL
 
     def __repr__(self) -> str:
-        kind = "stable" if self.stable else "unstable" if self.admissible else "not admissible"
+        family = getattr(self.orbit, "family_dimension", 0)
+        kind = in_words(self.stability, family)
         value = f"{self.value:.6g} {self.shown.unit}".rstrip()
         place = f"{self.parameter_shown:.6g} {self.shown.unit_across}".rstrip()
-        return f"Answer({value} at {place}: {self.motion}, {kind})"
+        motion = self.motion if self.motion in WORDS_WITHOUT_SYMBOL else (
+            f"{self.motion}, {'without' if self.silent else 'with'} impacts"
+        )  # fmt: skip
+        return f"Answer({value} at {place}: {motion}, {kind})"
 
 
 @dataclass(frozen=True)
@@ -221,8 +246,13 @@ class Simulation:
         numbers = first.numbers if self.observed else self._measured(value, first)
         measured, rms, peak = (*numbers, math.nan, math.nan)[:3]
         ways = tuple(dict.fromkeys(row.way for row in group))
+        stability, attracting = Stability.STABLE, True
+        if first.motion == SILENT:
+            free = free_motion(with_parameter(self.system, self.parameter, value))
+            if not isinstance(free, str) and free.stability is Stability.NEUTRAL:
+                stability, attracting = free.stability, free.attracting
         return Answer(
-            value, measured, first.motion, rms=rms, peak=peak, members=len(group), ways=ways,
+            value, measured, first.motion, stability, attracting, rms=rms, peak=peak, members=len(group), ways=ways,
             state=first.state,
         )  # fmt: skip
 
@@ -267,6 +297,12 @@ def _rows(way: str, members: xr.Dataset, simulation: Simulation) -> Iterator[_Ro
         place, speed, phase = state
         start = State(tuple(place), tuple(speed), float(phase)) if motion else State((), ())
         yield _Row(way, motion, ranges, [float(c[k]) for c in columns], start)
+
+
+def is_silent(symbol: str) -> bool:
+    """Whether the symbol of an orbit counts no impacts."""
+    counts = symbol.partition("-")[2]
+    return not re.search(r"[1-9]", counts.partition(" ")[0])
 
 
 # ---- starts --------------------------------------------------------------------------------------

@@ -8,16 +8,21 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from vibroimpact._core.checks import check_choice, check_kind, ends_of
-from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.errors import InvalidParameterError, warn
 from vibroimpact._core.types import Floats
 from vibroimpact.measures.flights import derivative, jet
+from vibroimpact.measures.linear import natural_frequencies
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded, parameter_value, with_parameter, with_values
 from vibroimpact.model.system import System, mechanism_of
 
 Unit = Literal["", "Hz"]
 # By unit of the band: the factor from the unit of the parameter.
-BAND_FACTORS = {"": 1.0, "Hz": 1.0 / (2.0 * math.pi)}
+HERTZ = 1.0 / (2.0 * math.pi)
+BAND_FACTORS = {"": 1.0, "Hz": HERTZ}
+NEAR_BAND_FACTOR = (
+    0.5  # a frequency is near a band from so many times its low end to its high end over that
+)
 # All frequencies are so nearly proportional to a parameter that scales them.
 PROPORTIONAL_RELATIVE = 1e-9
 
@@ -69,7 +74,22 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
     found = Band(parameter, low / BAND_FACTORS[unit], high / BAND_FACTORS[unit], unit)
     for value in (found.low, found.high):
         _check_value(system, parameter, value)
+    if not unit and getattr(system, "si", False) and is_frequency(system, parameter):
+        _question(found, natural_frequencies(mechanism_of(system)))
     return found
+
+
+def _question(band: Band, natural: Floats) -> None:
+    """Warn of a band far from all natural frequencies, which it would hold in hertz."""
+    low, high = NEAR_BAND_FACTOR * band.low, band.high / NEAR_BAND_FACTOR
+    near = (low <= natural) & (natural <= high)
+    in_hertz = (band.low / HERTZ <= natural) & (natural <= band.high / HERTZ)
+    if in_hertz.any() and not near.any():
+        there = ", ".join(f"{HERTZ * x:.4g} Hz ({x:.4g} rad/s)" for x in natural[in_hertz])
+        warn(
+            f"bounds = ({band.low:g}, {band.high:g}): is in rad/s, far from the natural frequency of the machine, "
+            f"{there}. Give unit = 'Hz' if hertz are meant."
+        )
 
 
 def is_frequency(system: System, parameter: str) -> bool:

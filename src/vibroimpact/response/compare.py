@@ -25,6 +25,7 @@ from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.response.tuned import TunedDamper, tuned_damper
 
 if TYPE_CHECKING:
@@ -107,6 +108,31 @@ def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
     )  # fmt: skip
     largest, place = max((measured[k], values[k]), (-found.fun, found.x))
     return float(place), float(largest) if largest < RESONANCE_RATIO * measured[k] else math.inf
+
+
+def touching_factor(response: Response) -> float:
+    """Factor on the force, or of the gaps to what they must be, at which stops are touched in the band.
+
+    NaN where it is not known, or where the motion without impacts is not that of the whole band.
+    """
+    from scipy.optimize import minimize_scalar
+
+    curve = next((one for one in response.curves if one.branch is None), None)
+    if curve is None or (curve.stability == Stability.INADMISSIBLE).any():
+        return math.nan
+
+    def factor(value: float) -> float:
+        motion = free_motion(with_parameter(response.system, response.parameter, value))
+        return math.nan if isinstance(motion, str) else motion.touching_factor
+
+    values = response.band.values(COMPARED_POINTS)
+    found = np.array([factor(value) for value in values.tolist()])
+    if not np.isfinite(found).all():
+        return float(found.min())
+    k = int(found.argmin())
+    inner = values[max(k - 1, 0)], values[min(k + 1, len(values) - 1)]
+    least = minimize_scalar(factor, bounds=inner, method="bounded")
+    return float(min(least.fun, found[k]))
 
 
 def is_comparable(response: Response) -> bool:

@@ -20,7 +20,7 @@ import numpy as np
 
 from vibroimpact._core.labels import numbered
 from vibroimpact._core.types import Floats, Integers
-from vibroimpact.branches.branch import Branch, BranchProfile, Stability, profile
+from vibroimpact.branches.branch import Branch, BranchProfile, profile
 from vibroimpact.branches.grazing import TEST
 from vibroimpact.branches.kinds import GR
 from vibroimpact.branches.point import BifurcationPoint
@@ -32,7 +32,8 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import Guess, solve
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.response.answers import Answer
+from vibroimpact.orbits.stability import Stability
+from vibroimpact.response.answers import SILENT, Answer, is_silent
 
 EXTREMUM_OF_RANGE = 1e-13  # a zero of the derivative is located so well, relative to the range
 TOUCH_RELATIVE = 1e-14  # a zero of the gap is located so well
@@ -55,8 +56,7 @@ class ResponseCurve:
         Numbers at the points in order along the branch, shape (m,); derivatives of the value by the
         parameter along the branch, NaN where there is none.
     stability
-        Stability from each point to the next, shape (m - 1,): 0 stable, 1 unstable, 2 not
-        admissible.
+        :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
     special_points
         :class:`~vibroimpact.BifurcationPoint` of the branch; of the motion without impacts those at which it grazes.
     special_values
@@ -95,10 +95,9 @@ class ResponseCurve:
     def answer(self, motion: Motion, parameter: float, stretch: int) -> Answer:
         """An orbit on a stretch as an answer."""
         value, by = self.measure.along(motion, self.name)
-        kind = Stability(int(self.stability[stretch]))
         return Answer(
-            parameter, value, self.symbol, stable=kind == Stability.STABLE,
-            admissible=kind != Stability.INADMISSIBLE, derivative=by, orbit=motion,
+            parameter, value, self.symbol, Stability(self.stability[stretch]),
+            self.attracting(stretch), derivative=by, orbit=motion,
         )  # fmt: skip
 
     def between(self, stretch: int, parameter: float) -> float:
@@ -115,19 +114,33 @@ class ResponseCurve:
         bounded = abs(cubic - line) <= abs(y[stretch + 1] - y[stretch]) + abs(line) * 0.1
         return float(cubic if math.isfinite(cubic) and bounded else line)
 
+    def attracting(self, stretch: int) -> bool:
+        """Whether motions on a stretch attract starts of positive measure; of neutral ones by that in the middle."""
+        kind = self.stability[stretch]
+        if kind != Stability.NEUTRAL:
+            return bool(kind == Stability.STABLE)
+        motion = self.motion_near(stretch, float(self.parameter[stretch : stretch + 2].mean()))
+        return motion is not None and motion.attracting
+
     def holds(self, answer: Answer, size: float) -> bool:
-        """Whether a simulated answer is one of its stable motions; ``size`` is that of values."""
+        """Whether a simulated answer is one of its motions, stable or neutral; ``size`` is that of values."""
         near = likeness(answer.motion, self.symbol) * size
         for k in self.stretches(answer.parameter):
-            stable = self.stability[k] == Stability.STABLE
-            if stable and abs(self.between(int(k), answer.parameter) - answer.value) < near:
+            there = self.stability[k] <= Stability.NEUTRAL
+            if there and abs(self.between(int(k), answer.parameter) - answer.value) < near:
                 return True
         return False
 
-    def largest(self) -> Answer | None:
-        """The largest value over stable orbits, at a maximum, at an end or at a bifurcation."""
+    def largest(self, reached: Callable[[float], bool]) -> Answer | None:
+        """The largest value over what attracts, and over other neutral motions at values where these are reached.
+
+        It is at a maximum, at an end or at a bifurcation.
+        """
         best = None
-        for k in np.flatnonzero(self.stability == Stability.STABLE).tolist():
+        for k in np.flatnonzero(self.stability <= Stability.NEUTRAL).tolist():
+            middle = float(self.parameter[k : k + 2].mean())
+            if not (self.attracting(k) or reached(middle)):
+                continue
             here = max(self.value[k], self.value[k + 1])
             peaked = self._peaked(k)
             if best is not None and not peaked and not here > best.value:
@@ -146,7 +159,8 @@ class ResponseCurve:
         p = self.parameter
         for j in (k, k + 1):
             yield Answer(
-                float(p[j]), float(self.value[j]), self.symbol, derivative=float(self.derivative[j]),
+                float(p[j]), float(self.value[j]), self.symbol, Stability(self.stability[k]),
+                self.attracting(k), derivative=float(self.derivative[j]),
                 orbit=self.motion_near(k, float(p[j])),
             )  # fmt: skip
         if peaked and (place := self._summit(k)) is not None:
@@ -189,13 +203,7 @@ def names_of(symbol: str) -> tuple[str, ...]:
     """Names of the motions that an orbit with a symbol stands for: itself and its mirror image."""
     cycles, _, counts = symbol.partition("-")
     pairs = re.sub(r"(\d+)-(\d+)", r"\2-\1", counts)
-    return (symbol, f"{cycles}-{pairs}", *(("no impacts",) if is_silent(symbol) else ()))
-
-
-def is_silent(symbol: str) -> bool:
-    """Whether the symbol of an orbit counts no impacts."""
-    counts = symbol.partition("-")[2]
-    return not re.search(r"[1-9]", counts.partition(" ")[0])
+    return (symbol, f"{cycles}-{pairs}", *((SILENT,) if is_silent(symbol) else ()))
 
 
 def curve_of_branch(branch: Branch, measure: Measure) -> ResponseCurve:
@@ -275,19 +283,19 @@ def curve_without_impacts(
     grazes = _touches(gap, values)
     touches = [graze.parameter for graze in grazes]
     p = np.unique(np.append(values, touches))
-    along, least, settles = [], np.empty(len(p)), np.empty(len(p), dtype=bool)
+    along, least, opened = [], np.empty(len(p)), np.empty(len(p), dtype=np.int64)
     for k, value in enumerate(p.tolist()):
         found = motion(value)
         if isinstance(found, str):
             along.append((math.nan, math.nan))
-            least[k], settles[k] = -math.inf, False
+            least[k], opened[k] = -math.inf, Stability.UNSTABLE
         else:
             along.append(measure.along(found, name))
-            least[k], settles[k] = found.clearance_to_grazing, found.settles
+            least[k], opened[k] = found.clearance_to_grazing, found.stability_opened
     least[np.isin(p, touches)] = 0.0
     y, slopes = (np.array(part) for part in zip(*along, strict=True))
     open_ = least[:-1] + least[1:] > 0.0
-    kinds = np.where(settles[:-1] & settles[1:], Stability.STABLE, Stability.UNSTABLE)
+    kinds = np.maximum(opened[:-1], opened[1:])
     special = tuple(
         BifurcationPoint(
             record=GR, label=label, parameters={name: graze.parameter}, orbit=motion(graze.parameter), problem=None,

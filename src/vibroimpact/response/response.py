@@ -36,7 +36,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
 from vibroimpact.branches.kinds import GR, ZERO
@@ -52,6 +52,7 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, find_orbit
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.stability import Stability, flags
 from vibroimpact.response.answers import (
     SAMPLED_MACHINES,
     Answer,
@@ -134,26 +135,58 @@ class Response(Result):
             if not any(curve.holds(answer, self.size) for curve in self.curves)
         )
 
-    @cached_property
+    @property
     def worst(self) -> Answer:
-        """The largest value over the band among motions on which the machine settles.
+        """The largest value over the band among motions on which the machine settles, as of :meth:`largest`."""
+        return self.largest()
+
+    def largest(self, *, neutral: bool = False) -> Answer:
+        """Return the largest value over the band.
 
         On branches it is located by the exact derivative, at a maximum, at an end of the band or at
         the bifurcation where the orbit stops being stable; of other motions it is that of the
         values simulated.
+
+        Parameters
+        ----------
+        neutral
+            Whether neutral motions count that attract no starts: a free mass stands anywhere between its stops until
+            it is pushed. They count in any case where most motions that were simulated have no impacts, and where there
+            is nothing else.
+
+        Raises
+        ------
+        InvalidParameterError
+            There is no motion on which the machine settles.
         """
-        found = self._largest
+        found = self._largest(neutral=neutral) or self._largest(neutral=True)
         if found is None:
             raise InvalidParameterError(
                 "response: holds no stable motion at all. Raise starts, or settle_periods."
             )
         return self._shown(self._complete(found))
 
-    @cached_property
-    def _largest(self) -> Answer | None:
-        found = [best for curve in self.curves if (best := curve.largest()) is not None]
-        found += [answer for answer in self.unexplained if math.isfinite(answer.value)]
+    def _largest(self, *, neutral: bool) -> Answer | None:
+
+        def reached(value: float) -> bool:
+            return neutral or bool(self._silent[np.argmin(np.abs(self.values - value))])
+
+        found = [best for curve in self.curves if (best := curve.largest(reached)) is not None]
+        found += [
+            answer
+            for answer in self.unexplained
+            if math.isfinite(answer.value) and (answer.attracting or reached(answer.parameter))
+        ]
         return max(found, key=lambda answer: answer.value, default=None)
+
+    @cached_property
+    def _silent(self) -> Flags:
+        """Whether most motions that were simulated at a value have no impacts, shape (k,)."""
+        counts = [
+            (sum(a.members for a in many if a.silent), sum(a.members for a in many))
+            for many in self.answers
+        ]
+        return np.array([2 * silent > every for silent, every in counts])
 
     def at(self, value: float) -> list[Answer]:
         """Return every steady motion at one value of the parameter, largest first.
@@ -215,10 +248,9 @@ class Response(Result):
         Returns
         -------
         Dataset
-            Along ``point``: curve (its number), parameter, value, derivative, kind (0 stable,
-            1 unstable, 2 not admissible, of the stretch that begins there); along ``answer``:
-            parameter, value, motion, members, on_curve, and of a row its rms and peak. Attributes
-            ``units`` where they are SI.
+            Along ``point``: curve (its number), parameter, value, derivative, stability (of the stretch that
+            begins there); along ``answer``: parameter, value, motion, stability, members, on_curve, and of a
+            row its rms and peak. Attributes ``units`` where they are SI.
         """
         units = units_of(self.system)
         across = units.quantity_of(self.parameter)
@@ -233,6 +265,7 @@ class Response(Result):
         off = {id(answer) for answer in self.unexplained}
         measures = self.simulation.measures  # the others are those of its row
         names = ("value", "rms", "peak")[: len(measures)]
+        known = flags()
         measured = {
             kind: attrs(one.label, one.dimension) for kind, one in zip(names, measures, strict=True)
         }
@@ -251,12 +284,12 @@ class Response(Result):
                     "point", joined([c.derivative for c in curves]),
                     {"long_name": f"derivative of {self.measure.label} by {name}"},
                 ),
-                "kind": (
+                "stability_of_point": (
                     "point", np.concatenate(kinds).astype(np.int8) if kinds else np.empty(0, np.int8),
                     {
-                        "long_name": "kind of the stretch to the next point",
-                        "flag_values": np.array([END_KIND, 0, 1, 2], dtype=np.int8),
-                        "flag_meanings": "end_of_curve stable unstable not_admissible",
+                        "long_name": "stability on the stretch to the next point",
+                        "flag_values": np.append(np.int8(END_KIND), known["flag_values"]),
+                        "flag_meanings": f"end_of_curve {known['flag_meanings']}",
                     },
                 ),
                 "symbol": ("branch", np.array([c.symbol for c in curves], dtype=object)),
@@ -265,11 +298,14 @@ class Response(Result):
                 ),
                 **{
                     f"{kind}_of_answer": (
-                        "answer", np.array([getattr(a, kind) for a in answers]), known,
+                        "answer", np.array([getattr(a, kind) for a in answers]), words,
                     )
-                    for kind, known in measured.items()
+                    for kind, words in measured.items()
                 },
                 "motion": ("answer", np.array([a.motion for a in answers], dtype=object)),
+                "stability_of_answer": (
+                    "answer", np.array([a.stability for a in answers], dtype=np.int8), known,
+                ),
                 "members": ("answer", np.array([a.members for a in answers], dtype=np.int32)),
                 "on_curve": ("answer", np.array([id(a) not in off for a in answers], dtype=bool)),
             },
@@ -321,7 +357,9 @@ class Response(Result):
         if others:
             lines.append(f"  simulated, on no branch: {_listed(others)}")
         lines.append(
-            f"  worst: {self.worst!r}" if self._largest else "  no stable motion was found"
+            f"  worst: {self.worst!r}"
+            if self._largest(neutral=True)
+            else "  no stable motion was found"
         )
         lines += [f"  {note}" for note in self.notes]
         return "\n".join(lines)
@@ -346,9 +384,9 @@ def _line(curve: ResponseCurve, across: float) -> str:
 
 
 def _same(known: Answer, simulated: Answer, size: float) -> bool:
-    """Whether a simulated answer is a stable orbit."""
+    """Whether a simulated answer is a stable or a neutral orbit."""
     near = likeness(simulated.motion, known.motion) * size
-    return known.stable and abs(known.value - simulated.value) < near
+    return known.stability <= Stability.NEUTRAL and abs(known.value - simulated.value) < near
 
 
 @names_arguments()

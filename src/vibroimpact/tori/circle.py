@@ -21,6 +21,7 @@ from vibroimpact.model.system import System
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.admissibility import PLAY_OF_AMPLITUDE, Nearest, amplitudes, least_gaps
 from vibroimpact.orbits.problem import Signature
+from vibroimpact.orbits.stability import Stability, stability_of
 from vibroimpact.results.result import Result, along
 from vibroimpact.tori.fourier import (
     at_phases,
@@ -47,7 +48,6 @@ MOST_ZOOMS = 8  # the least gap is zoomed in so often, each time by a factor of 
 ZOOM_POINTS = 9  # a zoom takes so many points
 RESOLVED_TAIL = 1e-12  # derivatives along the circle are resolved where their tail is smaller
 MOST_TIMES_NODES = 3  # or at so many times the nodes of the circle
-NEUTRAL_EXPONENT = 1e-9  # a normal exponent that is so near to 0 is neither stable nor unstable
 LARGEST_NAMED_DENOMINATOR = 64  # resonances p/q up to this q are named
 
 
@@ -232,14 +232,14 @@ class Circle(Result):
         return self.normal.bundles
 
     @property
-    def attracting(self) -> bool:
-        """Whether every normal exponent is below -1e-9."""
-        return self.converged and bool((self.normal_exponents < -NEUTRAL_EXPONENT).all())
+    def stability(self) -> Stability:
+        """Whether it is stable, neutral, unstable, or not admissible, by its normal exponents."""
+        return stability_of(np.exp(self.normal_exponents), admissible=self.admissible)
 
     @property
     def stable(self) -> bool:
-        """Whether it attracts and is admissible."""
-        return self.attracting and self.admissible
+        """Whether it is admissible, with all normal exponents below 0."""
+        return self.stability is Stability.STABLE
 
     @cached_property
     def least_angle(self) -> float:
@@ -331,17 +331,18 @@ class Circle(Result):
             )
         )
         return data.assign_coords(phi=phases(self.nodes)).assign_attrs(
-            clearance=self.clearance_to_grazing, inadmissible_reason=self.inadmissible_reason
+            clearance=self.clearance_to_grazing,
+            stability=self.stability.words,
+            inadmissible_reason=self.inadmissible_reason,
         )
 
     def __repr__(self) -> str:
         if not self.converged:
             return f"Circle({self.status})"
-        verdict = "stable" if self.stable else "attracting" if self.attracting else "not attracting"
         values = ", ".join(f"{x:.6g}" for x in self.normal_exponents)
-        why = f"\n  not admissible: {self.inadmissible_reason}" if not self.admissible else ""
+        why = f"\n  {self.inadmissible_reason}" if not self.admissible else ""
         return (
-            f"Circle of the {'half map' if self.symmetric else 'map'}, {verdict}, rotation number "
+            f"Circle of the {'half map' if self.symmetric else 'map'}, {self.stability.words}, rotation number "
             f"{self.rotation_number:.12g}\n"
             f"  {self.nodes} nodes, residual {self.residual:.1e}, normal exponents {values}{why}"
         )

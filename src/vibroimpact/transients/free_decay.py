@@ -34,15 +34,17 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Codes, Floats
+from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
 from vibroimpact.measures.instants import Extrema, check_span, extrema, largest_modulus, last_beyond
-from vibroimpact.measures.linear import HELD_OF_FASTEST_RATE, ZERO_RELATIVE
+from vibroimpact.measures.linear import ZERO_RELATIVE
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.measures.motions import flights_of_run
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.orbits.stability import NEUTRAL_DISTANCE
 from vibroimpact.results.result import Result
 from vibroimpact.simulation.simulate import Run, RunEnd, simulate
 from vibroimpact.transients.driven import linear, unforced
@@ -163,11 +165,14 @@ class FreeDecay(Result):
         return t, self._signal.at(t), without
 
     def __repr__(self) -> str:
-        percent = f"{100.0 * self.to:g} %"
+        percent, units = f"{100.0 * self.to:g} %", units_of(self.system)
+        size = units.text(self.reference, ORDERS.get(self.row[:1], ""))
+        time, without, last = (
+            units.text(t, "time") for t in (self.time, self.time_without, self.last_impact)
+        )
         return (
-            f"FreeDecay: {self.row} stays below {percent} of {self.reference:.6g} after "
-            f"{self.time:.6g}, without impacts after {self.time_without:.6g}; {self.impacts} impacts"
-            f"{f', last at {self.last_impact:.6g}' if self.impacts else ''}"
+            f"FreeDecay: {self.row} stays below {percent} of {size} after {time}, without impacts after "
+            f"{without}; {self.impacts} impacts{f', last at {last}' if self.impacts else ''}"
         )
 
     def to_dataset(self, points: int = 4000) -> xr.Dataset:
@@ -354,7 +359,7 @@ def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:
     rows = rows_of(m)
     rates = np.linalg.eigvals(rows.flow(0).value[:-1, :-1])
     fastest = float(np.abs(rates).max(initial=0.0)) or rows.rate
-    decaying = -rates.real[rates.real < -HELD_OF_FASTEST_RATE * fastest]
+    decaying = -rates.real[rates.real < -NEUTRAL_DISTANCE * fastest]
     turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO_RELATIVE * fastest])
     cycle = 2.0 * math.pi / float(turning.min()) if turning.size else 0.0
     if decaying.size:

@@ -23,6 +23,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
+from vibroimpact.machines.units import units_of
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Dual, Flights, rows_of
 from vibroimpact.measures.instants import check_span, largest_modulus
@@ -63,9 +64,12 @@ class RecordResponse(Result):
 
     def __repr__(self) -> str:
         n = self._m.degrees
-        peaks = ", ".join(f"x{i + 1} {self.peak(f'x{i + 1}'):.6g}" for i in range(n))
+        units = units_of(self.system)
+        peaks = ", ".join(
+            f"x{i + 1} {units.text(self.peak(f'x{i + 1}'), 'length')}" for i in range(n)
+        )
         return (
-            f"RecordResponse: {int(self.run.impacts.sum())} impacts over {self.duration:.6g}, peaks "
+            f"RecordResponse: {int(self.run.impacts.sum())} impacts over {units.text(self.duration, 'time')}, peaks "
             f"{peaks}; {'the record ended' if self.complete else self.end.sentence}"
         )
 

@@ -25,6 +25,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption
 from vibroimpact._core.types import Floats
+from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
@@ -123,12 +124,14 @@ class SineSweep(Result):
         return difference
 
     def __repr__(self) -> str:
-        parts = []
+        parts, units = [], units_of(self.system)
+        unit = self.band.unit or units.unit(units.quantity_of(self.band.parameter))
+        unit = f" {unit}" if unit else ""
         for way, peak in zip(self.directions, self.peak, strict=True):
             if np.isfinite(peak).any():
                 k = int(np.nanargmax(peak))
-                parts.append(f"{way} {peak[k]:.6g} at {self.values[k]:.6g}")
-        unit = f" {self.band.unit}" if self.band.unit else ""
+                size = units.text(peak[k], ORDERS.get(self.row[:1], ""))
+                parts.append(f"{way} {size} at {self.values[k]:.6g}{unit}")
         return (
             f"SineSweep: {self.values.size} steps of {self.periods_per_step} periods from "
             f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}; largest {self.row}: "

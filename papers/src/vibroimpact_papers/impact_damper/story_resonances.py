@@ -355,7 +355,7 @@ def _circle_row(name: str, c: Circle, locked: Mapping[str, tuple[int, int]]) -> 
         return [name, omega, *["\u2013"] * 3, c.status + end]
     lead = complex(c.normal_multipliers[0])
     return [name, omega, f"{c.rotation_number:.12f}", f"{abs(lead):.6f}", f"{c.least_angle:.4f}",
-            f"circle of {c.nodes} nodes, {'attracting' if c.attracting else 'repelling'}"]  # fmt: skip
+            f"circle of {c.nodes} nodes, {c.stability.words}"]  # fmt: skip
 
 
 def strong_record(found: Findings) -> list[dict[str, object]]:
