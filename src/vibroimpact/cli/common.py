@@ -184,8 +184,8 @@ class _Named(argparse.Action):
             )
         values, written = _values(text, self.dest, str(self.metavar))
         setattr(to, self.dest, {**known, name: values})
-        units = getattr(to, "units", {})
-        to.units = units | {(self.dest, name): [x for x in written if isinstance(x, Measured)]}
+        units = getattr(to, "with_units", {})
+        to.with_units = units | {(self.dest, name): [x for x in written if isinstance(x, Measured)]}
 
 
 def _values(text: str, name: str, form: str) -> tuple[Sequence[float] | Floats, Sequence[float]]:
@@ -221,7 +221,7 @@ def _values(text: str, name: str, form: str) -> tuple[Sequence[float] | Floats, 
 def band_of(arguments: argparse.Namespace) -> tuple[str, Any]:
     """The one parameter of ``band`` and its bounds; one that is written in hertz is a band in hertz."""
     ((name, band),) = arguments.band.items()
-    written = getattr(arguments, "units", {}).get(("band", name), [])
+    written = getattr(arguments, "with_units", {}).get(("band", name), [])
     if len(written) == len(band) and all(x.unit == "Hz" for x in written) and not arguments.unit:
         arguments.unit = "Hz"
         band = tuple(x / TURN for x in band)
@@ -333,7 +333,7 @@ def _quantity_of(system: Any, name: str) -> str:
 
 def _take_letters(arguments: argparse.Namespace, machine: Any) -> None:
     """Take parameters by the letters of files, D for two half clearances, by their own names."""
-    letters, units = getattr(machine, "letters", {}), getattr(arguments, "units", {})
+    letters, units = getattr(machine, "letters", {}), getattr(arguments, "with_units", {})
     for dest, letter in [key for key in units if key[1] in letters]:
         own, factor = letters[letter]
         given_here = getattr(arguments, dest)
@@ -352,7 +352,7 @@ def _times(values: Any, factor: float) -> Any:
 
 def _check_units(arguments: argparse.Namespace, system: Any) -> None:
     """Refuse units of other quantities than those that were named."""
-    for (_, name), numbers in getattr(arguments, "units", {}).items():
+    for (_, name), numbers in getattr(arguments, "with_units", {}).items():
         for number in numbers:
             checked(name, number, _quantity_of(system, name), si=_is_si(system))
 

@@ -260,7 +260,10 @@ class Search:
                 table.shape == (count, len(low)) and np.all((low <= table) & (table <= high)),
             ),
             ("worth", worth.shape == (count,) and np.isfinite(worth).all()),
-            ("levels", levels.shape == (count,) and np.isin(levels, range(len(self.judges))).all()),
+            (
+                "levels",
+                levels.shape == (count,) and np.isin(np.diff(levels, prepend=0), (0, 1)).all(),
+            ),
             ("groups", np.all(np.diff(groups, prepend=0) > 0) and groups[-1:].sum() <= count),
         ):
             if not right:
