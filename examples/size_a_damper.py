@@ -28,7 +28,7 @@ def main(out: str | None = None) -> None:
     over = vi.Objective("omega", BAND, "x1", unit="Hz", starts=STARTS)
     best = vi.optimise(frame, vary, over, budget=BUDGET, refine=REFINE)
     print(best)
-    for name, (low, high, _) in best.robust.items():
+    for name, (low, high, _) in best.robust().items():
         print(f"{name}: {best.parameters[name]:.4g}; within 1 dB from {low:.4g} to {high:.4g}")
     with mpl.rc_context(style.RC):
         figure = Figure(figsize=(5.0, 5.0), layout="constrained")

@@ -457,6 +457,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "BifurcationCurve.plot": (curve.plot, {"ax": None}),
         "save, a result": (vi.save, {"result": branch, "path": folder / "again.nc"}),
         "load": (vi.load, {"path": file, "system": None}),
+        "load_machine": (vi.load_machine, {"path": file}),
+        "load_start": (vi.load_start, {"path": file}),
         "sweep": (
             vi.sweep,
             sweeping | {"over": over, "observe": "symbol", "follow": None, "settle_periods": 2,

@@ -30,10 +30,21 @@ def __getattr__(name: str) -> Any:
         room = _ROOMS[original]
         value = vars(import_module(room)).get(original) or import_module(f"{room}.{original}")
     else:
-        raise AttributeError(f"module 'vibroimpact' has no attribute {name!r}")
+        raise AttributeError(f"module 'vibroimpact' has no attribute {name!r}.{_meant(name)}")
     globals()[name] = value
     return value
 
 
+def _meant(name: str) -> str:
+    """The public name that is meant, as a question."""
+    words = import_module("vibroimpact._core.words")
+    if name.startswith("plot_"):
+        pictures: str = words.meant(
+            name, vars(import_module("vibroimpact.plotting")), prefix="vi.plotting."
+        )
+        return pictures or " Pictures are in vi.plotting, and every result has plot()."
+    return str(words.meant(name, [*__dir__(), *_MODULES], words.OF_THE_PACKAGE, "vi."))
+
+
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_ROOMS, *_MODULES, "__version__"})
+    return sorted({*_ROOMS, *_MODULES, "__version__"} - {*_MODULES.values()})

@@ -47,6 +47,8 @@ from vibroimpact.design.pareto import pareto_front as pareto_front
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
 from vibroimpact.machines.structure import Structure as Structure
+from vibroimpact.machines.toml_file import load_machine as load_machine
+from vibroimpact.machines.toml_file import load_start as load_start
 from vibroimpact.measures.energy import Energies as Energies
 from vibroimpact.measures.measure import Measure as Measure
 from vibroimpact.measures.measure import measure_of as measure_of

@@ -289,7 +289,7 @@ def test_what_cannot_be_continued_is_refused_with_what_is_allowed() -> None:
     with pytest.raises(vi.InvalidParameterError, match="must hold omega = 1"):
         vi.continue_orbit(orbit, "omega", (5.0, 6.0))
     branch = vi.continue_orbit(orbit, "omega", (1.2, 1.21))
-    with pytest.raises(vi.InvalidParameterError, match="must be one of those there are: none"):
+    with pytest.raises(vi.InvalidParameterError, match="there is no special point here"):
         branch["PD7"]
 
 

@@ -112,7 +112,7 @@ def test_the_multipliers_are_drawn_on_request(
         drawn.append(branch)
         return plt.subplots()[1]
 
-    monkeypatch.setattr("vibroimpact.cli.branch.plot_branch_multipliers", stand_in)
+    monkeypatch.setattr("vibroimpact.plotting.plot_branch_multipliers", stand_in)
     argv = ["branch", CASE, "--bounds", "omega=1.04:1.06", "--multipliers", "--out", "m.png"]
     said(argv, capsys)
     assert [branch.symbol for branch in drawn] == ["1-1-1"]
@@ -212,7 +212,7 @@ def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
         ),
         (
             ["branch", CASE, "--bounds", "omega=1.04:1.06", "--switch", "BP1"],
-            "one of those there are: none",
+            "label = 'BP1': there is no special point here",
         ),
         (["branch", CASE, "--bounds", "omega=1.0:1.1", "--out", "b.txt"], "must end in"),
         (["normal-form", CASE, "--bounds", "omega=1.0:1.05", "--at", "NS9"], "must be one of NS1"),

@@ -442,9 +442,9 @@ def test_a_bad_file_is_refused_with_the_reason(
     ("argv", "said"),
     [
         ([], "required: COMMAND"),
-        (["fly"], "invalid choice: 'fly'"),
-        (["orbit", "impact-damper/A", "--om", "1"], "unrecognized arguments: --om"),
-        (["orbit", "--colour", "red"], "unrecognized arguments: --colour"),
+        (["fly"], "fly: is no command"),
+        (["orbit", "impact-damper/A", "--om", "1"], "--om: is no option of vibroimpact orbit. Did you mean --omega?"),
+        (["orbit", "--colour", "red"], "--colour: is no option of vibroimpact orbit"),
         (["orbit", "impact-damper/D", "--omega", "1"], "'impact-damper/D': must be one of impact"),
         (["orbit", "impact-damper/3a"], "'impact-damper/3a': must be one of impact"),
         (["orbit", "impact-damper/A"], "--omega: missing. Give it"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,10 +34,9 @@ def expected() -> vi.BifurcationCurve:
 
 
 class Told(NamedTuple):
-    """What the command says of that curve, shows meanwhile, and writes."""
+    """What the command says of that curve, and writes."""
 
     out: str
-    shown: str
     curve: Path
     picture: Path
 
@@ -45,10 +44,10 @@ class Told(NamedTuple):
 @pytest.fixture(scope="module")
 def told(tmp_path_factory: pytest.TempPathFactory) -> Told:
     curve, picture = (tmp_path_factory.mktemp("curve") / name for name in ("c.nc", "c.svg"))
-    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as shown:
+    with redirect_stdout(io.StringIO()) as out:
         files = ["--out", str(curve), "--out", str(picture)]
         assert cli.main([*BRANCH, *NEAR, *files]) == cli.DONE
-    return Told(out.getvalue(), shown.getvalue(), curve, picture)
+    return Told(out.getvalue(), curve, picture)
 
 
 def test_curve_writes_and_says_the_curve_of_the_library(
@@ -99,11 +98,6 @@ def test_a_plane_that_was_written_lies_behind(
     out = said([*BRANCH, *NEAR, "--behind", "p.nc", "--out", "c.png"], capsys)
     assert repr(expected) in out
     assert Path("c.png").stat().st_size > 1000
-
-
-def test_the_stages_are_shown(told: Told) -> None:
-    assert "[1/1] branch" in told.shown
-    assert "[1/1] curve of NS" in told.shown
 
 
 def test_an_interrupted_curve_leaves_no_file(

@@ -48,7 +48,7 @@ def test_design_prints_and_writes_the_best_machine_of_the_library(
     Path("frame.toml").write_text(FRAME)
     text = said([*ARGV, "--out", "d.nc", "--out", "d.html"], capsys)
     assert repr(best) in text
-    low, high, _ = best.robust["half_clearance"]
+    low, high, _ = best.robust()["half_clearance"]
     assert f"within 1 dB from {low:.6g} to {high:.6g} m" in text
     with xr.open_dataset("d.nc", engine="h5netcdf") as found:
         assert float(found.best_value) == best.value

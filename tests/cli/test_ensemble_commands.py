@@ -125,7 +125,7 @@ def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixtur
 def test_a_grid_of_starts_is_that_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["sweep", CASE, "--over", "omega=1.1", "--grid", "x1=-1:2:3", "--grid", "v2=0,3"]
     out = said([*argv, *SHORT, "--out", "s.nc"], capsys)
-    assert "omega 1.1 to 1.1 (1), x1 -1 to 2 (3), v2 0 to 3 (2)\n6 members: 6 ok" in out
+    assert "omega 1.1, x1 -1 to 2 (3), v2 0 to 3 (2)\n6 members: 6 ok" in out
     starts = vi.GridStarts({"x1": [-1.0, 0.5, 2.0], "v2": [0.0, 3.0]}, MIDDLE)
     expected = vi.sweep(SET_A, over={"omega": [1.1]}, start=starts, **WINDOW)
     xr.testing.assert_equal(opened("s.nc"), expected)
@@ -307,7 +307,7 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         (["sweep", CASE, "--over", OMEGA, "--grid", "x1=0,0"], "grid = x1=0,0: must have each val"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:stop=A:stop=B"], "stop is given"),
         (["sweep", CASE, "--over", OMEGA, "--client", "tcp://node:1"], "is for backend = 'dask'"),
-        (["diagram", CASE, "--over", OMEGA, "--grid", "x1=0,1"], "unrecognized arguments: --grid"),
+        (["diagram", CASE, "--over", OMEGA, "--grid", "x1=0,1"], "--grid: is no option of vibroimpact diagram"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:end=B"], "'end' must be one of p"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "impacts:a=1"], "'a' must be left out"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),

@@ -284,12 +284,11 @@ def test_what_is_not_whole_is_not_written(
 def test_an_error_in_the_report_leaves_no_other_file(
     response: vi.Response, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    @wraps(command.report_of)
     def failing(*_: Any, **__: Any) -> str:
         raise vi.VibroImpactError("the page fails")
 
     returns(response, monkeypatch)
-    monkeypatch.setattr(command, "report_of", failing)
+    monkeypatch.setattr("vibroimpact.plotting.report.report_of", failing)
     argv = ["response", "impact-damper/A", "--band", "omega=1:2", *OUT]
     assert_nothing_written(argv, cli.FAILED, "the page fails", capsys)
 

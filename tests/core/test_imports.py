@@ -14,6 +14,14 @@ import vibroimpact as vi
 HEAVY = ("numpy", "scipy", "scipy.spatial", "xarray", "pandas", "matplotlib", "vibroimpact_papers")
 
 
+EVERY_HELP = """
+from vibroimpact.cli.main import COMMANDS, main
+for command in COMMANDS:
+    main([command, "--help"])
+    main([command, "--colour", "1"])
+"""
+
+
 def loaded_by(code: str) -> set[str]:
     """Which of the heavy modules are loaded after some code, in a process of its own."""
     shown = f"import json, sys; print(json.dumps([m for m in {HEAVY!r} if m in sys.modules]))"
@@ -28,6 +36,9 @@ def loaded_by(code: str) -> set[str]:
     [
         ("import vibroimpact", set()),
         ("from vibroimpact.cli.main import main; main(['--help'])", set()),
+        ("from vibroimpact.cli.main import main; main(['sectoin'])", set()),
+        ("from vibroimpact.cli.main import main; main(['reproduce', '--help'])", set()),
+        (EVERY_HELP, {"numpy"}),
         ("import vibroimpact as vi; vi.simulate, vi.ImpactDamper", {"numpy"}),
         ("import vibroimpact as vi; vi.section, vi.lyapunov_exponent", {"numpy"}),
         ("import vibroimpact as vi; vi.lyapunov_spectrum", {"numpy"}),
@@ -41,6 +52,8 @@ def test_what_is_not_used_is_not_loaded(code: str, allowed: set[str]) -> None:
 
 def test_every_public_name_is_found_and_listed() -> None:
     assert set(vi.__all__) <= set(dir(vi))
+    assert [name for name in dir(vi) if name.startswith("_")] == ["__version__"]
+    assert not {"re", "Path", "Any", "annotations", "import_module"} & {*dir(vi)}
     assert all(getattr(vi, name) is not None for name in vi.__all__)
     assert vi.__version__ == vi._kernel.version()
 

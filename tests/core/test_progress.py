@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import io
 from collections.abc import Callable
 from functools import cache
@@ -36,6 +37,27 @@ def test_a_note_is_drawn_on_a_terminal_and_once_a_minute_elsewhere(
     assert live.getvalue().count("\r") == 200
     assert live.getvalue().endswith("[1/2] curve: 199 points")
     assert logged.getvalue().splitlines() == ["[1/2] curve", "[1/2] curve: 120 points"]
+
+
+def test_a_work_that_lasts_is_shown_after_two_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+    monkeypatch.setattr(module.time, "monotonic", lambda: now[0])
+    live, logged = Terminal(), io.StringIO()
+    for stream in (live, logged):
+        for each, lines in ((0.1, 0), (0.5, 1)):  # 1 s and 5 s for ten items
+            now[0] = 0.0
+            bar = Display(1, stream=stream, patience=module.PATIENCE_SECONDS)
+            for _ in bar.track("sweep", range(10), 10, unit="members"):
+                now[0] += each
+            assert ("sweep" in stream.getvalue()) == bool(lines)
+    assert len(logged.getvalue().splitlines()) == 1
+    assert "2 members/s" in logged.getvalue()
+
+
+def test_what_lasts_is_shown_unless_it_is_declined() -> None:
+    functions = [one for one in (getattr(vi, n) for n in vi.__all__) if inspect.isfunction(one)]
+    shown = [inspect.signature(one).parameters.get("progress") for one in functions]
+    assert {one.default for one in shown if one} == {True}
 
 
 DAMPER = vi.ImpactDamper(
@@ -76,13 +98,16 @@ def one_curve(progress: Any) -> None:
     ],
 )  # fmt: skip
 def test_every_long_work_tells_a_function_and_shows_a_stage(
-    work: Callable[[Any], object], capsys: pytest.CaptureFixture[str]
+    work: Callable[[Any], object],
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told: list[vi.ProgressReport] = []
     work(told.append)
     assert told
     assert all(report.total is None or report.done <= report.total for report in told)
     assert capsys.readouterr().err == ""
+    monkeypatch.setattr(module, "PATIENCE_SECONDS", 0.0)
     work(True)
     assert f"[1/1] {told[0].stage}" in capsys.readouterr().err
     work(None)

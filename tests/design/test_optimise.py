@@ -229,7 +229,7 @@ def test_a_motion_that_is_not_periodic_has_differences_with_an_error() -> None:
 
 
 def test_the_objective_is_within_a_decibel_over_the_robust_range(best: vi.Design) -> None:
-    low, high, to_bounds = best.robust["half_clearance"]
+    low, high, to_bounds = best.robust()["half_clearance"]
     at = best.parameters["half_clearance"]
     assert low <= at <= high
     limit = best.value * 10.0**0.05

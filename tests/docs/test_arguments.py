@@ -16,13 +16,16 @@ import vibroimpact as vi
 from vibroimpact import plotting
 
 DICTIONARY = Path(__file__).parents[2] / "docs" / "dictionary.md"
-# They hand on what another function takes: a picture, the sweep that is repeated; names of numbers.
+# They hand on what another function takes: a picture, the sweep that is repeated; names of numbers, fields of a
+# machine.
 OPEN = {
     "Result.plot",
     "plot_invariant_circle",
     "plot_section",
     "rerun_sweep",
     "Family",
+    "Machine.from_physical",
+    "Described.replace",
     "ExplicitMap.along",
 }
 

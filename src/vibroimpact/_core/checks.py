@@ -6,7 +6,6 @@ An error message reads ``name = value: must be ... What to do.``; a long value i
 from __future__ import annotations
 
 import contextlib
-import difflib
 import functools
 import inspect
 import math
@@ -22,8 +21,9 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.errors import InvalidParameterError, KeywordError
 from vibroimpact._core.scalars import as_python, is_finite, is_infinite, is_number
+from vibroimpact._core.words import OF_ARGUMENTS, meant
 
-Class = TypeVar("Class", bound=type)
+Named = TypeVar("Named", bound=Callable[..., Any])
 
 LARGEST_COUNT = 2**50  # the kernel counts events, some four per impact, in doubles
 LARGEST_SEED = 2**64 - 1
@@ -298,9 +298,14 @@ def check_progress(progress: object) -> None:
 
 def check_choice(name: str, value: object, choices: Collection[str], advice: str = "") -> None:
     """Refuse a value that is not among the choices."""
-    if not isinstance(value, str) or value not in choices:
-        listed = f"one of {', '.join(choices)}" if choices else "one of those there are: none"
-        raise refusal(name, value, listed, advice)
+    if isinstance(value, str) and value in choices:
+        return
+    if not choices:
+        raise InvalidParameterError(
+            f"{name} = {shown(value)}: there is none to name.{advice and ' ' + advice}"
+        )
+    near = meant(value, choices, OF_ARGUMENTS).strip() if isinstance(value, str) else ""
+    raise refusal(name, value, f"one of {', '.join(choices)}", advice or near)
 
 
 def check_stop_name(value: object) -> None:
@@ -339,8 +344,8 @@ def path_of(name: str, value: object) -> Path:
     return Path(found)
 
 
-def names_arguments(**advice: str) -> Callable[[Class], Class]:
-    """Make a class refuse an unknown keyword with a list of those that it takes.
+def names_arguments(**advice: str) -> Callable[[Named], Named]:
+    """Make a class or a function refuse an unknown keyword with a list of those that it takes.
 
     Parameters
     ----------
@@ -348,30 +353,28 @@ def names_arguments(**advice: str) -> Callable[[Class], Class]:
         Advice for keywords that are often tried, by keyword.
     """
 
-    def answering(cls: Class) -> Class:
-        make = cls.__init__  # type: ignore[misc]
-        known = list(inspect.signature(make).parameters)[1:]
+    def answering(made: Named) -> Named:
+        is_class = isinstance(made, type)
+        call: Any = vars(made)["__init__"] if is_class else made
+        known = list(inspect.signature(call).parameters)[is_class:]
         names = frozenset(known)
 
-        @functools.wraps(make)
-        def checked(self: Any, /, *args: Any, **given: Any) -> None:
+        @functools.wraps(call)
+        def checked(*args: Any, **given: Any) -> Any:
             if not names.issuperset(given):
                 name = next(name for name in given if name not in names)
-                raise unknown_keyword(cls.__name__, name, known, advice.get(name, ""))
-            make(self, *args, **given)
+                raise unknown_keyword(made.__name__, name, known, advice.get(name, ""))
+            return call(*args, **given)
 
-        cls.__init__ = checked  # type: ignore[misc]
-        return cls
+        if not is_class:
+            return cast(Named, checked)
+        made.__init__ = checked  # type: ignore[method-assign]
+        return made
 
     return answering
 
 
 def unknown_keyword(owner: str, name: str, known: Sequence[str], advice: str = "") -> KeywordError:
     """Error for an unknown keyword, with the known ones and the nearest of them."""
-    lower = {one.lower(): one for one in known}
-    near = [lower[one] for one in difflib.get_close_matches(name.lower(), lower, 1)]
-    meant = f" Did you mean {near[0]}?" if near else ""
-    return KeywordError(
-        f"{name}: is no argument of {owner}, which takes {', '.join(known)}."
-        f"{' ' + advice if advice else meant}"
-    )
+    near = f" {advice}" if advice else meant(name, known, OF_ARGUMENTS)
+    return KeywordError(f"{name}: is no argument of {owner}, which takes {', '.join(known)}.{near}")

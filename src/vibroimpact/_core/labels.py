@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Protocol, TypeVar
 
-from vibroimpact._core.checks import check_choice
+from vibroimpact._core.checks import check_choice, shown
+from vibroimpact._core.errors import InvalidParameterError
 
 
 class Labelled(Protocol):
@@ -33,6 +34,10 @@ def numbered(kinds: Iterable[str], between: str = "") -> list[str]:
 def labelled(points: Iterable[Point], label: str) -> Point:
     """The point with a label; another label is refused."""
     by_label = {point.label: point for point in points}
+    if not by_label:
+        raise InvalidParameterError(
+            f"label = {shown(label)}: there is no special point here. Look in a wider range of the parameter."
+        )
     check_choice("label", label, by_label)
     return by_label[label]
 

@@ -24,6 +24,7 @@ PROBED = 2**14
 FIRST_PROBE = 2**10  # a probe begins with so much of it, doubled until it tells enough
 # What is expected to take a smaller share of ANNOUNCED_SECONDS is not measured longer.
 CLEARLY_SHORT_SHARE = 1 / 8
+PATIENCE_SECONDS = 2.0  # a work that takes less shows nothing
 LOGGING_SECONDS = 60.0  # a stage that lasts has a line so often, where there is no terminal
 
 
@@ -71,19 +72,27 @@ class Display:
         Stream to write to; standard error if not given.
     quiet
         Write nothing at all.
+    patience
+        Write nothing of the first so many seconds of a stage.
     """
 
     stages: int
     stream: TextIO | None = None
     quiet: bool = False
+    patience: float = 0.0
     _name: str = field(default="", init=False)
     _number: int = field(default=0, init=False)
     _drawn: float = field(default=0.0, init=False)
+    _from: float = field(default=0.0, init=False)
 
     def stage(self, name: str) -> None:
         """Begin the next stage."""
         self._number, self._name, self._drawn = self._number + 1, name, time.monotonic()
-        self._line("")
+        self._from = self._drawn + self.patience
+        if self.patience:
+            self._drawn = -math.inf
+        else:
+            self._line("")
 
     def show(self, report: ProgressReport) -> None:
         """Show a report of the work of this stage."""
@@ -92,7 +101,9 @@ class Display:
     def note(self, text: str) -> None:
         """Show how far a stage without a known end has come."""
         now = time.monotonic()
-        if now - self._drawn >= (REDRAW_SECONDS if self._live else LOGGING_SECONDS):
+        if now >= self._from and now - self._drawn >= (
+            REDRAW_SECONDS if self._live else LOGGING_SECONDS
+        ):
             self._drawn = now
             self._line(f": {text}")
 
@@ -119,8 +130,7 @@ class Display:
             Unit of the total, to show the rate per second.
         """
         self.stage(name)
-        self._drawn = begin = time.monotonic()
-        done = 0
+        begin, done = time.monotonic(), 0
         self._draw(name, done, total, begin, unit)
         for item in items:
             yield item
@@ -141,7 +151,8 @@ class Display:
         now = time.monotonic()
         live = self._live
         rest = REDRAW_SECONDS if live else LOGGING_SECONDS
-        if now - self._drawn < rest and not (live and done in (0, total)):
+        ends = live and done in (0, total)
+        if now < self._from or (now - self._drawn < rest and not ends):
             return
         self._drawn = now
         filled = BAR_CHARACTERS * done // max(total, 1)
@@ -160,7 +171,7 @@ class Display:
 
 
 class Reporter:
-    """Tells how far one stage has come: on standard error, to a function, or to nobody.
+    """Tells how far one stage has come: on standard error where it lasts, to a function, or to nobody.
 
     Parameters
     ----------
@@ -172,7 +183,7 @@ class Reporter:
 
     def __init__(self, progress: ProgressOption, stage: str) -> None:
         self._to = progress if callable(progress) else None
-        self._bar = Display(1, quiet=progress is not True)
+        self._bar = Display(1, quiet=progress is not True, patience=PATIENCE_SECONDS)
         self._stage, self._begun = stage, False
 
     def __enter__(self) -> Reporter:

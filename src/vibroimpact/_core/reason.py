@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from enum import IntEnum
+from vibroimpact._core.codes import NamedCode
 
 
-class Reason(IntEnum):
+class Reason(NamedCode):
     """Base of such enumerations: a member is its number and its sentence."""
 
     sentence: str

@@ -11,6 +11,7 @@ Fails       undecided, with the reason
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
@@ -18,7 +19,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count
+from vibroimpact._core.checks import check_count, names_arguments
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.orbit_type import (
     OrbitType,
@@ -167,6 +168,16 @@ class Attractor(Result):
         words += ["after transient chaos"] if chaos else []
         return ", ".join(words)
 
+    def __repr__(self) -> str:
+        words = [f"Attractor: {self.label}"]
+        if self.multipliers is not None and len(self.multipliers):
+            words.append(f"largest multiplier {abs(self.multipliers[0]):.6g}")
+        if math.isfinite(self.exponent.value):
+            words.append(f"exponent {self.exponent.value:.4g} +- {self.exponent.error:.1g}")
+        words += [f"settled after {self.transient}"] if self.transient else []
+        words += [one for one in (self.reason, self.section.reach) if one]
+        return "; ".join(words)
+
     @property
     def transient_name(self) -> str:
         """Name of the motion before it settled; empty if it settled at once."""
@@ -174,6 +185,7 @@ class Attractor(Result):
         return before[-1] if before else ""
 
 
+@names_arguments()
 def classify(
     system: System,
     start: State,

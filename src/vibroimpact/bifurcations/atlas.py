@@ -21,7 +21,7 @@ import numpy as np
 from vibroimpact._core.checks import check_count, check_flag, check_kind, check_progress
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import (
@@ -138,7 +138,7 @@ def bifurcation_atlas(
     depth: int = 1,
     most_curves: int = 40,
     steps: Steps | None = None,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> Atlas:
     """Follow all curves of bifurcations that can be reached from an orbit.
 
@@ -158,7 +158,7 @@ def bifurcation_atlas(
     steps
         Step lengths of the curves, number of points of each.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every curve, which it describes.
 
     Returns
@@ -224,10 +224,14 @@ class _Search:
     done: int = 0  # curves whose points have been followed to other curves of the same orbit,
     switched: int = 0  # and to those that begin there
 
+    def _tell(self, told: ProgressReport) -> None:
+        """Tell how far the present branch or curve is."""
+        self.report.say(f"{len(self.curves)} curves; {told}", len(self.curves))
+
     def from_orbit(self, orbit: Orbit) -> None:
         """Curves through the bifurcations of the branches along both parameters."""
         for name, pair in zip(self.names, self.bounds, strict=True):
-            branch = continue_orbit(orbit, name, pair)
+            branch = continue_orbit(orbit, name, pair, progress=self._tell)
             uninterrupted(branch.curve)
             for point in branch.special_points:
                 self._follow(point, point.record)
@@ -261,7 +265,12 @@ class _Search:
             return
         try:
             curve = continue_bifurcation(
-                point, self.names, self.bounds, kind=wanted.label, steps=self.steps
+                point,
+                self.names,
+                self.bounds,
+                kind=wanted.label,
+                steps=self.steps,
+                progress=self._tell,
             )
         except InvalidParameterError as error:
             self.failures.append(f"{wanted.label} at {point.label}: {error}")
@@ -269,7 +278,7 @@ class _Search:
         self._add(curve)
 
     def _switch(self, point: BifurcationPoint) -> None:
-        found = switch_curve(point, self.bounds, steps=self.steps)
+        found = switch_curve(point, self.bounds, steps=self.steps, progress=self._tell)
         if isinstance(found, NotFound):
             if not getattr(point.normal_form, "switchable", ()):
                 return  # theory has none

@@ -22,7 +22,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import scipy.linalg
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact._kernel import Jet
@@ -180,6 +179,8 @@ class CriticalPair(_OneEquation):
 
 def _invariant(opened: Floats, closing: Floats, pair: Complexes) -> tuple[Floats, Floats]:
     """V and S of the two eigenvalues of opened - mu closing nearest to a pair, both real."""
+    from scipy.linalg import ordqz
+
     if not np.all(np.isfinite(opened)):
         return np.full((len(opened), 2), np.nan), np.full((2, 2), np.nan)
 
@@ -192,7 +193,7 @@ def _invariant(opened: Floats, closing: Floats, pair: Complexes) -> tuple[Floats
         chosen[np.argsort(off, kind="stable")[:2]] = True
         return chosen
 
-    first, second, _, _, _, z = scipy.linalg.ordqz(opened, closing, sort=nearest, output="real")
+    first, second, _, _, _, z = ordqz(opened, closing, sort=nearest, output="real")
     return z[:, :2], np.linalg.solve(second[:2, :2], first[:2, :2])
 
 

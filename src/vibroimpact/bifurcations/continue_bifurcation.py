@@ -71,7 +71,7 @@ def continue_bifurcation(
     kind: str = "",
     steps: Steps | None = None,
     both: bool = True,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> BifurcationCurve:
     """Follow a bifurcation in two parameters, with all its points of codimension two.
 
@@ -92,7 +92,7 @@ def continue_bifurcation(
     both
         Follow it in both directions.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points.
 
     Returns
@@ -144,7 +144,7 @@ def continue_level(
     value: float | None = None,
     steps: Steps | None = None,
     both: bool = True,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> BifurcationCurve:
     """Follow orbits on which a function keeps its value, in two parameters.
 

@@ -6,12 +6,12 @@ resonance; where none was found the part that is no bifurcation is the longer on
 
 from __future__ import annotations
 
-from enum import IntEnum
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.bifurcations.curve import BifurcationCurve
 
@@ -19,7 +19,7 @@ from vibroimpact.bifurcations.curve import BifurcationCurve
 SAME_ARCLENGTH = 1e-12
 
 
-class Meaning(IntEnum):
+class Meaning(NamedCode):
     """Meaning of a part of a curve; of two, the larger one holds."""
 
     BIFURCATION = 0

@@ -77,7 +77,7 @@ def switch_curve(
     bounds: Both | None = None,
     *,
     steps: Steps | None = None,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> tuple[BifurcationCurve | NotFound, ...] | NotFound:
     """Follow the curves of bifurcations that begin at a point of codimension two.
 

@@ -16,13 +16,12 @@ Reference   Kuznetsov, Elements of Applied Bifurcation Theory, section 7.3; (3) 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
@@ -114,7 +113,7 @@ def tongue(
     bounds: tuple[Bounds, Bounds] | None = None,
     *,
     steps: Steps | None = None,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> Tongue | NotFound:
     """Follow both sides of the tongue of locked orbits that begins at a weak resonance.
 
@@ -127,7 +126,7 @@ def tongue(
     steps
         Step lengths of the sides, number of points. Points are exact whatever the tolerance, by default 1e-6.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of a side.
 
     Returns
@@ -161,7 +160,7 @@ def tongue(
     manifold = centre(*origin, complex(np.exp(2j * math.pi * p / q)))
     with Reporter(progress, f"tongue {p}/{q}") as report:
         told = report.counted("points", point.name)
-        for start in _starts(manifold, form, (p, q), inside):
+        for start in _starts(manifold, form, (p, q), inside, report.say):
             with suppress(InvalidParameterError):  # a fold too near to the tip to be followed
                 sides = []
                 for fold in start.folds:
@@ -185,13 +184,15 @@ class _Start(NamedTuple):
 
 
 def _starts(
-    manifold: Centre, form: NeimarkSacker, resonance: tuple[int, int], bounds: tuple[Bounds, Bounds]
-) -> Iterator[_Start]:
+    manifold: Centre, form: NeimarkSacker, resonance: tuple[int, int], bounds: tuple[Bounds, Bounds],
+    tell: Callable[[str], object],
+) -> Iterator[_Start]:  # fmt: skip
     """Folds on both sides of a locked orbit (2), at radii r at which they are well apart."""
     equations = manifold.equations.repeated(resonance[1])
     unit = float(np.abs(manifold.v / manifold.equations.sizes).max())
     r, largest = SMALLEST_RADIUS / unit, LARGEST_RADIUS / unit
     while r <= largest:
+        tell(f"looking for locked orbits at {r * unit:.2g} of the sizes of the orbit from the tip")
         tries = (
             _slice(manifold, form, resonance, r, phase, equations, bounds) for phase in TRIED_PHASES
         )
@@ -245,6 +246,8 @@ def _slice(
 
 def _first_at(side: BifurcationCurve, tip: BifurcationPoint, second: float) -> float:
     """First parameter of a side where the second has a value, next to the tip."""
+    from scipy.interpolate import CubicHermiteSpline
+
     values = side.values
     off = values[:, 1] - second
     at = np.flatnonzero(off[:-1] * off[1:] <= 0.0)

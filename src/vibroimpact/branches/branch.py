@@ -15,6 +15,7 @@ from vibroimpact._core.types import Complexes, Flags, Floats, Integers
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve
+from vibroimpact.machines.units import units_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.stability import Stability, flags
 from vibroimpact.results.result import INSIDE, Result, along, rows
@@ -51,8 +52,8 @@ class Branch(Result):
     values: Floats = field(metadata=along("point"))
     multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
     stability: Integers = field(metadata=along("point", **flags()), repr=False)
-    clearance: Floats = field(metadata=along("point"), repr=False)
-    impact_speed: Floats = field(metadata=along("point"), repr=False)
+    clearance: Floats = field(metadata=along("point", quantity="length"), repr=False)
+    impact_speed: Floats = field(metadata=along("point", quantity="velocity"), repr=False)
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     curve: Curve = field(metadata=INSIDE, repr=False)
     family: OrbitFamily = field(repr=False)
@@ -103,9 +104,12 @@ class Branch(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """Convert the branch to an xarray dataset: its points, and its special points."""
-        return (
-            super().to_dataset().assign_attrs(system=repr(self.family.system), symbol=self.symbol)
-        )
+        data = super().to_dataset()
+        units = units_of(self.family.system)
+        for name in ("values", "special_parameter"):
+            if name in data:
+                data[name].attrs |= units.attrs(units.quantity_of(self.parameter))
+        return data.assign_attrs(system=repr(self.family.system), symbol=self.symbol)
 
     def __repr__(self) -> str:
         found = counted(point.kind for point in self.special_points)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibroimpact._core.checks import check_flag, range_of, vector
+from vibroimpact._core.checks import check_flag, names_arguments, range_of, vector
 from vibroimpact._core.labels import numbered
 from vibroimpact._core.progress import ProgressOption, Reporter
 from vibroimpact._core.types import Floats
@@ -31,6 +31,7 @@ SAME_ARCLENGTH = 1e-6  # functions that vanish at points so near, in scaled arcl
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
+@names_arguments()
 def continue_orbit(
     orbit: Orbit,
     parameter: str,
@@ -41,7 +42,7 @@ def continue_orbit(
     tangent: Floats | None = None,
     test_functions: Mapping[str, Function] | None = None,
     stop_when: StopWhen | None = None,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> Branch:
     """Follow the branch of a periodic orbit in a parameter, with all its bifurcations.
 
@@ -72,7 +73,7 @@ def continue_orbit(
         ``branch.curve.ends``. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
         ``vi.stop.unstable(multipliers=...)``.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points.
 
     Returns

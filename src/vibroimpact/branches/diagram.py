@@ -154,7 +154,7 @@ def branch_diagram(
     points: int = 200,
     steps: Steps | None = None,
     stop_when: StopWhen | None = STOP_WHEN,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> Diagram:
     """Follow all branches that can be reached from an orbit by switching at special points.
 
@@ -173,7 +173,7 @@ def branch_diagram(
         ``vi.stop.inadmissible()``: parts far from admissible orbits are not followed, nor anything
         beyond them; ``None`` follows all to the end of the range.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points, with the branch and its origin; at the start of a branch with the number of
         points left to try; and before the sweep.
 

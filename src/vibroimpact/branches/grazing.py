@@ -24,7 +24,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED
@@ -192,6 +191,8 @@ def grazings(
 
 def _within(here: _Between, gaps: Floats, i: int) -> Iterator[Grazing | Unresolved]:
     """Grazings between points i and i + 1 (1)."""
+    from scipy.optimize import minimize_scalar
+
     if _crosses(gaps, i):
         yield from _zero(here, 0.0, 1.0)
     elif gaps[i] > 0.0 and _dips(gaps, i):

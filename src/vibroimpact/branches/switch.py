@@ -21,7 +21,7 @@ def switch_branch(
     *,
     steps: Steps | None = None,
     stop_when: StopWhen | None = None,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> Branch | NotFound:
     """Follow the other branch through a special point.
 

@@ -37,7 +37,5 @@ def run(arguments: argparse.Namespace) -> Done:
     common.check_count("bounds", arguments.bounds, 2, common.RANGE)
     (first, a), (second, b) = arguments.bounds.items()
     start = orbit_of(arguments, common.case_of(arguments, arguments.bounds, "bounds"))
-    atlas = bifurcation_atlas(
-        start, (first, second), (a, b), progress=True, **common.given(arguments, SEARCH)
-    )
+    atlas = bifurcation_atlas(start, (first, second), (a, b), **common.given(arguments, SEARCH))
     return Done([atlas], atlas, atlas.plot)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from typing import TYPE_CHECKING
 
-import xarray as xr
-
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
-from vibroimpact.plotting import plot_basins
 from vibroimpact.sweeps.analyses.basins import attractor_state, basins, share_of_starts
 from vibroimpact.sweeps.analyses.label_attractors import NOT_MATCHED
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact basins impact-damper/B --omega 0.945 --over x1=-6:6:100 --over v1=-6:6:100 "
@@ -37,7 +39,13 @@ def run(arguments: argparse.Namespace) -> Done:
         **common.given(arguments, MATCHING), **ensemble.options_of(arguments),
     )  # fmt: skip
     listed = _listed(found)
-    return ensemble.report(arguments, case, found, listed, lambda: plot_basins(found))
+    return ensemble.report(arguments, case, found, listed, lambda: _picture(found))
+
+
+def _picture(found: xr.Dataset) -> Axes:
+    from vibroimpact.plotting import plot_basins
+
+    return plot_basins(found)
 
 
 def _listed(found: xr.Dataset) -> list[str]:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import argparse
-
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING
 
 from vibroimpact._core.checks import range_of
 from vibroimpact._core.errors import InvalidParameterError
@@ -21,7 +20,9 @@ from vibroimpact.model.state import STATE
 from vibroimpact.orbits.find import find_orbit
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits
-from vibroimpact.plotting import plot_branch_multipliers, plot_branches
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact branch impact-damper/A --bounds omega=0.5:1.5 --out branch.nc --out branch.svg"
@@ -33,7 +34,12 @@ STATED = (*STATE, "on_stop", "perturb")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     add_branch(parser)
-    common.add_arguments_of(parser, plot_branches, ["variable"])
+    parser.add_argument(
+        "--variable", metavar="NAME",
+        help="what is drawn over the parameter: x1, x2, ..., v1, v2, ... just after an impact, phase of the force "
+        "there; or, of the whole orbit, speed, the smallest closing speed of an impact, clearance, the least gap "
+        "between the impacts, or period (default: v1)",
+    )  # fmt: skip
     parser.add_argument(
         "--multipliers", action="store_true",
         help="draw the multipliers of the last branch in the complex plane instead",
@@ -107,7 +113,7 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     case = common.case_of(arguments, varied, option)
     start, stop_when = orbit_of(arguments, case), arguments.stop_when
     low, high = range_of(option, bounds, name, parameter_value(case.system, name))
-    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when, progress=True)]
+    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
     common.check_interrupted(branches[0].curve)
     for label in arguments.switch:
         point = branches[-1][label]
@@ -132,6 +138,8 @@ def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit:
 
 
 def _picture(arguments: argparse.Namespace, branches: list[Branch]) -> Axes:
+    from vibroimpact.plotting import plot_branch_multipliers, plot_branches
+
     if arguments.multipliers:
         return plot_branch_multipliers(branches[-1])
     (bounds,) = along_of(arguments)[1].values()

@@ -8,7 +8,6 @@ from dataclasses import replace
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
-from vibroimpact.plotting import plot_circle_branch, plot_invariant_circle
 from vibroimpact.tori.continue_circle import STEPS, continue_circle
 from vibroimpact.tori.find import find_circle
 
@@ -37,7 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "parameter, or a path into a mechanism. The data and the picture are then those of the family: rotation "
         "numbers over the parameter",
     )  # fmt: skip
-    common.add_arguments_of(group, plot_invariant_circle, AXES)
+    common.add_axes(parser)
     common.add_out(parser)
 
 
@@ -61,9 +60,9 @@ def run(arguments: argparse.Namespace) -> Done:
         raise common.Failure(f"no circle was found from {state}: {circle.status}.")
     said: list[object] = [case.system, circle]
     if not along:
-        return Done(said, circle, lambda: plot_invariant_circle(circle, **looks))
+        return Done(said, circle, lambda: circle.plot(**looks))
     ((parameter, bounds),) = along
     limits = common.given(arguments, LIMIT_ARGUMENTS)
     steps = replace(STEPS, **{name: limits.pop(name) for name in {"tolerance"} & limits.keys()})
-    family = continue_circle(circle, parameter, bounds, steps=steps, progress=True, **limits)
-    return Done([*said, family], family, lambda: plot_circle_branch(family))
+    family = continue_circle(circle, parameter, bounds, steps=steps, **limits)
+    return Done([*said, family], family, family.plot)

@@ -23,13 +23,13 @@ from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_o
 from vibroimpact.machines.toml_file import OF_STATE, PHYSICAL, Case, HybridCase, read_case
 from vibroimpact.machines.units import Units, quantities_of
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.model.parameters import with_parameters
+from vibroimpact.model.parameters import names_of, with_parameters
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.symmetric_damper import has_symmetric_orbits, known_orbits
-from vibroimpact.plotting.style import PICTURES
 from vibroimpact.response.answers import rest_of
+from vibroimpact.results.files import PICTURES
 from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 from vibroimpact.sweeps.axes import corners
@@ -135,6 +135,22 @@ def given(arguments: argparse.Namespace, names: Iterable[str]) -> dict[str, Any]
     """Options that the user gave; the others have the defaults of the function."""
     values = {name: getattr(arguments, name, None) for name in names}
     return {name: value for name, value in values.items() if value is not None}
+
+
+COORDINATES = "x1, x2, ..., v1, v2, ... just after the impact, phase of the force"
+
+
+def add_axes(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the axes of a picture of a section."""
+    for name, default in (("--x", "x1"), ("--y", "v1")):
+        parser.add_argument(name, help=f"coordinate to draw: {COORDINATES} (default: {default})")
+
+
+def add_title(parser: argparse._ActionsContainer) -> None:
+    """Add the option for the title of a report."""
+    parser.add_argument(
+        "--title", help="heading of the report; by default what is measured, and of what machine"
+    )
 
 
 # ---- NAME=... ------------------------------------------------------------------------------------
@@ -358,11 +374,14 @@ def _changed(case: Case, parameters: dict[str, Any]) -> Case:
     if not parameters:
         return case
     if not isinstance(case.system, Machine):
-        raise InvalidParameterError(
-            f"{option(next(iter(parameters)))}: is not a parameter of a [mechanism]. Change the "
-            "file."
-        )
-    return replace(case, system=replace(cast(Any, case.system), **_plain(parameters, case.system)))
+        known = names_of(case.system)
+        if unknown := [name for name in parameters if name not in known]:
+            raise InvalidParameterError(
+                f"{option(unknown[0])}: is not a parameter of a [mechanism]"
+                f"{', but ' + ', '.join(map(option, known)) + ' is' if known else ''}. Change the file."
+            )
+        return replace(case, system=case.system.replace(_plain(parameters, case.system)))
+    return replace(case, system=case.system.replace(_plain(parameters, case.system)))
 
 
 def _built(name: str, parameters: dict[str, Any]) -> Machine:

@@ -5,12 +5,11 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
-
-import xarray as xr
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING
 
 from vibroimpact._core.checks import check_choice, check_kind, path_of
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact.bifurcations.continue_bifurcation import continue_bifurcation
 from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.branches.kinds import ONE
@@ -18,9 +17,11 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.cli import common
 from vibroimpact.cli.branch import Bounds, add_branch, along_of, branches_of
 from vibroimpact.cli.output import Done
-from vibroimpact.plotting import plot_curves, plot_plane
 from vibroimpact.results.files import NETCDF, read
 from vibroimpact.sweeps.execution.store import read_store
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact curve impact-damper/A --branch omega=0.9:1.0 --at NS1 --bounds omega=0.7:1.2 "
@@ -79,8 +80,14 @@ def run(arguments: argparse.Namespace) -> Done:
     return Done(
         [system, *curves],
         curves[-1],
-        lambda: plot_curves(curves, ax=behind and behind()),
+        lambda: _picture(curves, behind),
     )
+
+
+def _picture(curves: Sequence[BifurcationCurve], behind: Callable[[], Axes] | None) -> Axes:
+    from vibroimpact.plotting import plot_curves
+
+    return plot_curves(curves, ax=behind and behind())
 
 
 def _bounds(arguments: argparse.Namespace) -> Bounds:
@@ -101,7 +108,7 @@ def _curves(arguments: argparse.Namespace, bounds: Bounds) -> list[BifurcationCu
         if kind:
             check_choice("then", label, [p.label for p in curves[-1].special_points])
             point = curves[-1][label]
-        curve = continue_bifurcation(point, (first, second), (a, b), kind=kind, progress=True)
+        curve = continue_bifurcation(point, (first, second), (a, b), kind=kind)
         common.check_interrupted(curve)
         curves.append(curve)
     return curves
@@ -119,4 +126,10 @@ def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callabl
             f"behind = {path}: holds {', '.join(map(str, data.dims))}; need a plane of {' and '.join(names)}, in "
             "this order."
         )
-    return lambda: plot_plane(data)
+
+    def draw() -> Axes:
+        from vibroimpact.plotting import plot_plane
+
+        return plot_plane(data)
+
+    return draw

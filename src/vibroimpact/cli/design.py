@@ -9,8 +9,7 @@ from vibroimpact.cli.output import Done
 from vibroimpact.cli.response import BAND, add_band
 from vibroimpact.design.objective import Kind, Objective
 from vibroimpact.design.optimise import Design, optimise
-from vibroimpact.plotting.design_report import design_report
-from vibroimpact.plotting.report import PAGES
+from vibroimpact.results.files import PAGES
 
 EXAMPLE = (
     "  vibroimpact design impact-damper/A --bounds half_clearance=1:20 --bounds restitution=0.3:0.9 "
@@ -32,7 +31,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     common.add_arguments_of(group, Objective, JUDGED)
     common.add_arguments_of(group, optimise, SEARCHED)
-    common.add_arguments_of(group, design_report, ["title"])
+    common.add_title(group)
     common.add_out(parser, pages=PAGES)
 
 
@@ -51,6 +50,8 @@ def run(arguments: argparse.Namespace) -> Done:
 
 def _page(arguments: argparse.Namespace, best: Design) -> str:
     """The report: the best machine, and its response."""
+    from vibroimpact.plotting.design_report import design_report
+
     command = common.command_of(arguments)
     return design_report(
         best, best.response(), command=command, **common.given(arguments, ["title"])

@@ -5,14 +5,15 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from functools import partial
+from typing import TYPE_CHECKING
 
-import xarray as xr
-from matplotlib.axes import Axes
-
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
-from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact diagram impact-damper/A --over omega=0.92:1.2:400 --variable v1 --out d.png"
@@ -51,5 +52,7 @@ def run(arguments: argparse.Namespace) -> Done:
 
 
 def _picture(variable: str, found: xr.Dataset) -> Axes:
+    from vibroimpact.plotting import plot_along, plot_bifurcation_diagram
+
     points = variable not in found or {"point", "strobe"} & {*found[variable].dims}
     return (plot_bifurcation_diagram if points else plot_along)(found, variable=variable)

@@ -6,14 +6,13 @@ import argparse
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import fields, replace
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
-import xarray as xr
-from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import path_of
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact.cli import common
 from vibroimpact.cli.common import GRID, RANGE
@@ -21,7 +20,6 @@ from vibroimpact.cli.output import Done, rehearse_picture
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.state import State, names_of_state
-from vibroimpact.plotting import plot_along, plot_plane
 from vibroimpact.sweeps.analyses.motion_codes import flags
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import observer_of
@@ -29,7 +27,11 @@ from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 WINDOW = ("settle_periods", "periods", "most_impacts")
+MOST_PRINTED_VALUES = 8  # of a single member variables with so many values are printed
 HOW = ("store", "backend", "workers", "client", "tile")
 
 
@@ -153,6 +155,8 @@ def computed(
 
 def picture_over(arguments: argparse.Namespace) -> Callable[..., Axes]:
     """Function that draws a number of each member over one parameter, or over two."""
+    from vibroimpact.plotting import plot_along, plot_plane
+
     if len(arguments.over) > 2:
         raise InvalidParameterError(
             f"over = {', '.join(arguments.over)}: a picture has one or two parameters. Of more, keep "
@@ -170,7 +174,12 @@ def report(
 ) -> Done:  # fmt: skip
     """Report of what moves, what was varied, how the members ended, more lines, and what was kept where."""
     store = [f"kept in {path_of('store', arguments.store)}"] if arguments.store else []
-    lines = [system_over(case, arguments.over), _shape(found, arguments.over), _ends(found)]
+    lines = [
+        system_over(case, arguments.over),
+        _shape(found, arguments.over),
+        _ends(found),
+        *_values(found),
+    ]
     return Done([*lines, *more, *store], found, picture)
 
 
@@ -183,7 +192,19 @@ def _ends(members: xr.Dataset) -> str:
         f"{count} {words[int(v)].lower().replace('_', ' ')}"
         for v, count in zip(values, counts, strict=True)
     )
-    return f"{total} members: {listed}"
+    return f"{total} member{'s' * (total > 1)}: {listed}"
+
+
+def _values(members: xr.Dataset) -> list[str]:
+    """Lines with what was observed of a single member; of several the numbers are in the files."""
+    if members["end"].size != 1:
+        return []
+    shown = {str(name): v for name, v in members.data_vars.items() if name != "end"}
+    return [
+        f"{name} = {', '.join(f'{x:.6g}' for x in v.values.ravel())} {v.attrs.get('units', '')}".rstrip()
+        for name, v in shown.items()
+        if v.size <= MOST_PRINTED_VALUES and v.dtype.kind in "iuf"
+    ]
 
 
 def system_over(case: Case, over: common.Values) -> str:
@@ -191,7 +212,10 @@ def system_over(case: Case, over: common.Values) -> str:
     text = str(case.system)
     named = parameters_of(type(case.system)) if isinstance(case.system, Machine) else ()
     for name in set(over) & set(named):
-        ends = f"{name} from {over[name][0]:g} to {over[name][-1]:g}"
+        low, high = over[name][0], over[name][-1]
+        ends = (
+            f"{name} from {low:g} to {high:g}" if len(over[name]) > 1 else f"{name}={float(low)!r}"
+        )
         text = re.sub(rf"\b{name}=[^,)]+", ends, text)
     return text
 
@@ -200,6 +224,11 @@ def _shape(members: xr.Dataset, over: dict[str, Floats]) -> str:
     """A line that says what was varied."""
     grid = [name for name in members["end"].dims if name not in (*over, "start", "direction")]
     axes = over | {str(name): members[name].values for name in grid}
-    parts = [f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})" for name, axis in axes.items()]
+    parts = [
+        f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})"
+        if len(axis) > 1
+        else f"{name} {axis[0]:g}"
+        for name, axis in axes.items()
+    ]
     starts = members.sizes.get("start")
     return ", ".join(parts + ([f"{starts} starts"] if starts else []))

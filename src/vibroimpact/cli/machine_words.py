@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vibroimpact.machines.registry import DEFAULT, MACHINES
-from vibroimpact.machines.toml_file import machine_in
 
 
 def machine_in_words(words: Sequence[str]) -> str:
@@ -18,5 +17,7 @@ def machine_in_words(words: Sequence[str]) -> str:
     for last, word in zip(before, words, strict=False):
         file = word if last == "--config" else word.removeprefix("--config=")
         if last == "--config" or file != word:
+            from vibroimpact.machines.toml_file import machine_in  # loads numpy
+
             return machine_in(file) or DEFAULT
     return DEFAULT

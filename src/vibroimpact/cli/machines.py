@@ -8,8 +8,7 @@ from vibroimpact._core.docstrings import head_of
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.registry import MACHINES, machine_of
-from vibroimpact.plotting.gallery import gallery
-from vibroimpact.plotting.report import PAGES
+from vibroimpact.results.files import PAGES
 
 EXAMPLE = "  vibroimpact machines --out gallery.html"
 
@@ -21,6 +20,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(_: argparse.Namespace) -> Done:
     """List the machines."""
+    from vibroimpact.plotting.gallery import gallery
+
     width = max(map(len, MACHINES)) + 2
     lines = [f"{name:{width}}{head_of(machine_of(name))}" for name in MACHINES]
     more = "vibroimpact show NAME has equations, parameters, units, source, and what to try."

@@ -14,9 +14,10 @@ from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, NoReturn, TextIO
 
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError, printable
+from vibroimpact._core.words import OF_ARGUMENTS, OF_COMMANDS, meant
 
 DONE, FAILED, MISUSE, INTERRUPTED = 0, 1, 2, 130
 PIPE_CLOSED = 141  # as of a program that the signal of a broken pipe ends
@@ -25,7 +26,9 @@ COMMANDS = {  # a file of this folder each
     "show": "show a machine: equations, parameters, units, defaults, source, and what to try",
     "reproduce": "redo every figure and number of a publication, with a verdict on each",
     "simulate": "simulate a motion and record every impact",
-    "orbit": "find the symmetric 1-1-1 orbits of an impact damper, with multipliers and stability",
+    "classify": "say on what a motion settles: periodic, quasiperiodic or chaotic, with its exponent",
+    "lyapunov": "estimate the largest Lyapunov exponent of a motion, or all of them",
+    "orbit": "find a periodic orbit, with multipliers and stability; of a damper the symmetric ones",
     "orbits": "list the periodic orbits with few impacts, stable or not, that a search finds",
     "branch": "follow a branch of periodic orbits in a parameter, with all bifurcations on it",
     "normal-form": "compute the normal form at a bifurcation of a periodic orbit",
@@ -138,7 +141,7 @@ def _encodable(text: str) -> str:
 
 def parser() -> argparse.ArgumentParser:
     """Parser of the whole command line; a command is imported when it is parsed."""
-    top = argparse.ArgumentParser(
+    top = _Top(
         prog="vibroimpact",
         description="Exact simulation and analysis of vibro-impact mechanisms.",
         epilog="exit status: 0 done, 1 numerical failure, 2 misuse, 130 interrupted",
@@ -162,20 +165,52 @@ def module_of(command: str) -> Any:
     return import_module(f"vibroimpact.cli.{command.replace('-', '_')}")
 
 
-class _Command(argparse.ArgumentParser):
+class _Parser(argparse.ArgumentParser):
+    """Parser that ends with one line where an argument is wrong."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line."""
+        self.exit(_report(message, MISUSE))
+
+
+class _Top(_Parser):
+    """Parser of the command."""
+
+    def parse_known_args(  # type: ignore[override]
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Parse; a word that is no command is refused."""
+        words = list(args or ())
+        if words and not words[0].startswith("-") and words[0] not in COMMANDS:
+            near = meant(words[0], COMMANDS, OF_COMMANDS)
+            self.error(f"{words[0]}: is no command.{near} {self.prog} --help lists them.")
+        return super().parse_known_args(words, namespace)
+
+
+class _Command(_Parser):
     """Parser of a command, with options that depend on the machine."""
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
     ) -> tuple[argparse.Namespace, list[str]]:
-        """Parse with the options of the machine; unknown words are returned."""
+        """Parse with the options of the machine; unknown options are refused."""
         words = list(args or ())
         self._complete(words)
-        found, extra = super().parse_known_args(words, namespace)
-        check = self.get_default("check")
-        if extra and check and found.case == words[0]:
-            check(found)  # an unknown machine is reported before its options, which are unknown too
-        return found, extra
+        self._check_options(words)
+        return super().parse_known_args(words, namespace)
+
+    def _check_options(self, words: Sequence[str]) -> None:
+        """Refuse an option that is not known, before those that are missing and after a machine that is not known."""
+        known = [one for one in self._option_string_actions if one.startswith("--")]
+        given = [word.partition("=")[0] for word in words if word.startswith("--")]
+        unknown = next((one for one in given if one not in known), None)
+        if unknown is None:
+            return
+        if (check := self.get_default("check")) and not words[0].startswith("-"):
+            check(argparse.Namespace(case=words[0], machine=self.get_default("machine")))
+        same = {_option(one): tuple(map(_option, names)) for one, names in OF_ARGUMENTS.items()}
+        near = meant(unknown, known, same)
+        self.error(f"{unknown}: is no option of {self.prog}.{near} {self.prog} --help lists them.")
 
     def _complete(self, words: Sequence[str]) -> None:
         if self.epilog:
@@ -187,6 +222,11 @@ class _Command(argparse.ArgumentParser):
         self._negative_number_matcher = NEGATIVE_NUMBER
         self.set_defaults(run=module.run, machine=machine_in_words(words), out=[])
         module.add_options(self)
+
+
+def _option(name: str) -> str:
+    """Name of an option from that of a parameter."""
+    return "--" + name.replace("_", "-")
 
 
 class _Version(argparse.Action):

@@ -1,23 +1,26 @@
-"""Command vibroimpact orbit: the symmetric orbits of the impact damper and their multipliers."""
+"""Command vibroimpact orbit: the symmetric orbits of a damper, or the orbit on which a motion settles."""
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import shown
-from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common
+from vibroimpact.cli.branch import STATED, orbit_of
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.impact_damper import ImpactDamper
+from vibroimpact.machines.toml_file import Case
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.stability import flags, in_words
 from vibroimpact.orbits.symmetric_damper import symmetric_orbits
-from vibroimpact.plotting import plot_multipliers
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SIGNS = (1, -1)  # in (14) of the paper, in the order of symmetric_orbits
 EXAMPLE = "  vibroimpact orbit impact-damper/A --omega 1.2 --out multipliers.svg"
@@ -25,15 +28,16 @@ EXAMPLE = "  vibroimpact orbit impact-damper/A --omega 1.2 --out multipliers.svg
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    common.add_system(parser)
+    common.add_start(parser)
     common.add_out(parser)
 
 
 def run(arguments: argparse.Namespace) -> Done:
     """Find the orbits."""
-    damper = common.case_of(arguments).system
-    if not isinstance(damper, ImpactDamper):
-        raise InvalidParameterError(f"system = {shown(damper)}: must be an impact damper.")
+    case = common.case_of(arguments)
+    damper = case.system
+    if not isinstance(damper, ImpactDamper) or common.given(arguments, STATED) or case.start:
+        return _from_the_start(arguments, case)
     orbits = symmetric_orbits(damper)
     if not orbits:
         raise common.Failure(
@@ -43,8 +47,31 @@ def run(arguments: argparse.Namespace) -> Done:
     return Done(
         [damper, *map(_described, SIGNS, orbits)],
         _dataset(damper, orbits),
-        lambda: plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits))),
+        lambda: _picture(orbits),
     )
+
+
+def _from_the_start(arguments: argparse.Namespace, case: Case) -> Done:
+    """The orbit to which the motion from the start settles."""
+    orbit = orbit_of(arguments, case)
+    said = [case.system, orbit, orbit.state, f"  moduli of the multipliers: {_moduli(orbit)}"]
+    return Done(said, orbit, lambda: _one_picture(orbit))
+
+
+def _one_picture(orbit: Orbit) -> Axes:
+    from vibroimpact.plotting import plot_multipliers
+
+    return plot_multipliers([orbit], labels=[orbit.symbol])
+
+
+def _moduli(orbit: Orbit) -> str:
+    return ", ".join(f"{abs(value):.6g}" for value in orbit.multipliers)
+
+
+def _picture(orbits: Sequence[Orbit]) -> Axes:
+    from vibroimpact.plotting import plot_multipliers
+
+    return plot_multipliers(orbits, labels=list(map(_name, SIGNS, orbits)))
 
 
 def _name(sign: int, orbit: Orbit) -> str:
@@ -52,10 +79,9 @@ def _name(sign: int, orbit: Orbit) -> str:
 
 
 def _described(sign: int, orbit: Orbit) -> str:
-    sizes = ", ".join(f"{abs(value):.6g}" for value in orbit.multipliers)
     return (
         f"sign {sign:+d}: {orbit}\n  {orbit.state}\n"
-        f"  moduli of the multipliers of the full map: {sizes}\n"
+        f"  moduli of the multipliers of the full map: {_moduli(orbit)}\n"
         f"  relative error of the determinant identity: {orbit.determinant_error:.1e}"
     )
 

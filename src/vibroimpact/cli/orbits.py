@@ -25,7 +25,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Done:
     """Search for orbits."""
     system = common.case_of(arguments).system
-    found = find_orbits(system, progress=True, **common.given(arguments, SEARCH))
+    found = find_orbits(system, **common.given(arguments, SEARCH))
     if not found.orbits:
         raise common.Failure(f"no periodic orbit was found. {found!r}")
     return Done([system, found], found)

@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
-
-import matplotlib.pyplot as plt
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibroimpact._core.files import write_files
-from vibroimpact.plotting.report import PAGES
-from vibroimpact.plotting.style import PICTURES, content_of_picture
-from vibroimpact.results.files import content_of
+from vibroimpact.results.files import PAGES, PICTURES, content_of
 
-Picture = Callable[[], Axes]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Picture = Callable[[], "Axes"]
 
 
 class Done(NamedTuple):
@@ -30,7 +28,6 @@ class Done(NamedTuple):
 
 def write(paths: Sequence[Path], done: Done) -> list[Path]:
     """Write files by their suffixes, all of them or none, and return their names."""
-    plt.switch_backend("agg")  # a file needs no window and no display
     contents = {path: content for one in paths for path, content in _files(one, done)}
     write_files(contents, "out")
     return [*contents]
@@ -40,6 +37,8 @@ def _files(path: Path, done: Done) -> Iterator[tuple[Path, bytes]]:
     """Files of one name, with their contents."""
     suffix = path.suffix.lower()
     if suffix in PICTURES and done.picture:
+        from vibroimpact.plotting.style import content_of_picture
+
         with _drawn(done.picture) as ax:
             yield path, content_of_picture(ax, suffix)
     elif suffix in PAGES and done.page:
@@ -54,13 +53,16 @@ def _files(path: Path, done: Done) -> Iterator[tuple[Path, bytes]]:
 def rehearse_picture(paths: Sequence[Path], picture: Picture) -> None:
     """Make a picture if a file wants one, and drop it: an error comes before the long work."""
     if any(path.suffix.lower() in PICTURES for path in paths):
-        plt.switch_backend("agg")
         with _drawn(picture):
             pass
 
 
 @contextmanager
 def _drawn(picture: Picture) -> Iterator[Axes]:
+    """Axes of a picture, which is dropped afterwards; a file needs no window and no display."""
+    import matplotlib.pyplot as plt
+
+    plt.switch_backend("agg")
     ax = picture()
     try:
         yield ax

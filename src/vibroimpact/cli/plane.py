@@ -5,16 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from functools import partial
-from typing import Any
-
-import xarray as xr
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING, Any
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
 from vibroimpact.model.state import State
-from vibroimpact.plotting import plot_plane
 from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.motion_codes import categories
 from vibroimpact.sweeps.analyses.plane import multistability, plane
@@ -22,6 +19,9 @@ from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import observer_of
 from vibroimpact.sweeps.observers.table import OBSERVERS
 from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact plane impact-damper/A --over omega=0.9:1.1:200 --over half_clearance=1:10:200 "
@@ -40,7 +40,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         observe="more than symbol and impacts",
     )
     common.add_arguments_of(parser, sweep, ["follow"])
-    common.add_arguments_of(parser, plot_plane, LOOKS)
+    parser.add_argument(
+        "--variable", metavar="NAME",
+        help="what is drawn: motion, a colour for each symbol n-p-q, period, impacts, lyapunov, rotation, attractors, "
+        "or another number that is observed (default: motion)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--most-motions", type=int, metavar="COUNT",
+        help="symbols with a colour of their own, 1 to 7, the most frequent ones (default: 7)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--symbols", nargs="+", action="extend", metavar="SYMBOL",
+        help="these symbols instead, in the order of the colours: 1-1-1 2-2-2; planes with the same list have the "
+        "same colours",
+    )  # fmt: skip
     common.add_arguments_of(
         parser.add_argument_group("counting attractors", "With many starts, at every point."),
         basins, COUNTING,

@@ -10,10 +10,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.ensemble import system_over
 from vibroimpact.cli.output import Done
-from vibroimpact.plotting import plot_response
-from vibroimpact.plotting.report import PAGES, in_brief, report_of
 from vibroimpact.response.compare import measured_beside
 from vibroimpact.response.response import frequency_response
+from vibroimpact.results.files import PAGES
 
 EXAMPLE = (
     "  vibroimpact response impact-damper/A --band omega=0.4:0.6 --measure x1 --compare linear "
@@ -33,8 +32,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_start(parser, at_orbit=False)
     group = parser.add_argument_group("response")
     add_band(group, frequency_response)
-    common.add_arguments_of(group, plot_response, LOOKS)
-    common.add_arguments_of(group, report_of, ["title"])
+    group.add_argument(
+        "--compare", nargs="+", action="extend", metavar="WITH",
+        help="draw beside it: linear, the machine with all stops open, and tuned, with a tuned mass damper of the "
+        "same mass in place of the free masses",
+    )  # fmt: skip
+    group.add_argument(
+        "--decibel", action="store_true", default=None,
+        help="draw 20 lg of the value, 10 lg of a power",
+    )  # fmt: skip
+    common.add_title(group)
     group.add_argument(
         "--starts", type=int, metavar="COUNT",
         help="random starts at each value of the parameter (default: 16)",
@@ -52,6 +59,8 @@ def add_band(parser: argparse._ActionsContainer, function: Callable[..., Any]) -
 
 def run(arguments: argparse.Namespace) -> Done:
     """Compute the response."""
+    from vibroimpact.plotting.report import in_brief, report_of
+
     common.check_count("band", arguments.band, 1, common.RANGE)
     case = common.case_of(arguments, arguments.band, "band")
     parameter, bounds = common.band_of(arguments)
@@ -74,7 +83,7 @@ def run(arguments: argparse.Namespace) -> Done:
     return Done(
         [system, response, *words],
         response,
-        lambda: plot_response(response, **drawn),
+        lambda: response.plot(**drawn),
         lambda: report_of(
             response,
             command=common.command_of(arguments),

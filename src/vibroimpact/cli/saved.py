@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, TypeVar
-
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact.bifurcations.augmented import Both
@@ -14,8 +12,10 @@ from vibroimpact.bifurcations.curve import BifurcationCurve
 from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.cli import common
 from vibroimpact.cli.curve import add_behind, plane_behind
-from vibroimpact.plotting import plot_curves
 from vibroimpact.results.files import load
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Found = TypeVar("Found")
 
@@ -55,6 +55,8 @@ def request_of(arguments: argparse.Namespace) -> Request:
     behind = plane_behind(arguments, curve.names)
 
     def draw(curves: Sequence[BifurcationCurve]) -> Axes:
+        from vibroimpact.plotting import plot_curves
+
         return plot_curves(curves, **({"ax": behind()} if behind else {"bounds": (first, second)}))
 
     return Request(curve, curve[arguments.at], (first, second), draw)
@@ -62,7 +64,7 @@ def request_of(arguments: argparse.Namespace) -> Request:
 
 def followed(request: Request, follow: Callable[..., Found | NotFound]) -> Found:
     """Curve that begins at the point; a failure with the reason where nothing does."""
-    found = follow(request.point, request.bounds, progress=True)
+    found = follow(request.point, request.bounds)
     if isinstance(found, NotFound):
         raise common.Failure(f"{found!r}.")
     return found

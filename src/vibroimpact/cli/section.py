@@ -6,7 +6,6 @@ import argparse
 
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
-from vibroimpact.plotting import plot_section
 from vibroimpact.simulation.sections import section
 from vibroimpact.simulation.simulate import RunEnd
 
@@ -25,7 +24,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "upper, lower of a stop, and so on. By default what the machine has first: a stop, a force, "
         "an element.",
     )  # fmt: skip
-    common.add_arguments_of(parser, plot_section, AXIS_ARGUMENTS)
+    common.add_axes(parser)
     common.add_out(parser)
 
 
@@ -35,10 +34,10 @@ def run(arguments: argparse.Namespace) -> Done:
     state = common.start_of(arguments, case)
     found = section(case.system, state, **common.given(arguments, POINT_ARGUMENTS))
     if found.end is not RunEnd.POINTS:
-        raise common.Failure(f"after {len(found)} points: {found.end.sentence}.")
+        raise common.Failure(f"{found}.")
     axes = common.given(arguments, AXIS_ARGUMENTS)
     return Done(
         [case.system, state, found, f"ends in {found.last}"],
         found,
-        lambda: plot_section(found, **axes),
+        lambda: found.plot(**axes),
     )

@@ -10,9 +10,7 @@ from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.machine import Machine, example_of
 from vibroimpact.machines.registry import case_named, machine_of
-from vibroimpact.plotting.gallery import commands_of, equations_of, gallery, parameter_rows
-from vibroimpact.plotting.mechanism import plot_mechanism
-from vibroimpact.plotting.report import PAGES
+from vibroimpact.results.files import PAGES
 
 EXAMPLE = "  vibroimpact show impact-oscillator --out oscillator.svg"
 HEAD = ("parameter", "default", "SI unit", "meaning")
@@ -26,6 +24,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Describe the machine."""
+    from vibroimpact.plotting.gallery import gallery
+    from vibroimpact.plotting.mechanism import plot_mechanism
+
     name, _ = case_named(arguments.name)
     machine = machine_of(name)
     return Done(
@@ -37,6 +38,8 @@ def run(arguments: argparse.Namespace) -> Done:
 
 def _said(name: str, machine: type[Machine]) -> Iterator[str]:
     """What is printed, part by part."""
+    from vibroimpact.plotting.gallery import commands_of, equations_of, parameter_rows
+
     yield f"{name}: {head_of(machine)}.\n\n{equations_of(machine)}\n"
     yield from _columns([HEAD, *parameter_rows(machine)])
     yield f"\nin Python: vi.machines.{machine.__name__}; in a file: [{name}], or [{name}.physical] in SI units"

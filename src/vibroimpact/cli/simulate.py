@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import argparse
-
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.toml_file import HybridCase
 from vibroimpact.model.system import mechanism_of
-from vibroimpact.plotting import plot_history, plot_hybrid_run
 from vibroimpact.simulation.hybrid_run import simulate_hybrid
-from vibroimpact.simulation.simulate import Run, RunEnd, simulate
+from vibroimpact.simulation.reach import reach_in_words
+from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, RunEnd, simulate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact simulate impact-damper/A --omega 1.0 --perturb 1e-3 --impacts 4000 "
@@ -45,8 +47,12 @@ def run(arguments: argparse.Namespace) -> Done:
     state = common.start_of(arguments, case)
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
-        way = " Give --t-max." if motion.end is RunEnd.EVENTS else ""
-        raise common.Failure(f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{way}")
+        goes_on = (RunEnd.EVENTS, *ENDS_QUIETLY)
+        way = " With --t-max it is written and drawn." if motion.end in goes_on else ""
+        reach = f" {reach_in_words(motion)}." if motion.end in ENDS_QUIETLY else ""
+        raise common.Failure(
+            f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{reach}{way}"
+        )
     rest = ["between the stops: no start is given, and no orbit is known"]
     return Done(
         [
@@ -80,11 +86,11 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
     if motion.end not in (RunEnd.HORIZON, RunEnd.EVENTS):
         raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
     last = f"ends in {motion.modes[-1]}: {motion.after[-1]}"
-    return Done([motion, last], motion, lambda: plot_hybrid_run(motion))
+    return Done([motion, last], motion, motion.plot)
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:
     if window:
-        return plot_history(motion, *window)
+        return motion.plot(*window)
     omega, end = mechanism_of(motion.system).omega, float(motion.time[-1])
-    return plot_history(motion, max(0.0, end - SHOWN_PERIODS * TURN / omega) if omega else 0.0)
+    return motion.plot(max(0.0, end - SHOWN_PERIODS * TURN / omega) if omega else 0.0)

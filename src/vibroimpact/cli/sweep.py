@@ -5,14 +5,16 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 from functools import partial
-
-import xarray as xr
-from matplotlib.axes import Axes
+from typing import TYPE_CHECKING
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
 from vibroimpact.sweeps.sweep import sweep
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 EXAMPLE = (
     "  vibroimpact sweep impact-damper/A --over omega=0.9:1.1:200 --over half_clearance=1:10:200 "

@@ -21,7 +21,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev as series
-from scipy.optimize import brentq
 
 from vibroimpact._core.chebyshev import real_zeros
 from vibroimpact._core.types import Floats
@@ -185,6 +184,8 @@ def brent(f: Function, a: float, b: float) -> float:
 
     NaN if a value of f is not finite.
     """
+    from scipy.optimize import brentq
+
     if f(a) * f(b) >= 0.0:
         return b if f(b) == 0.0 else a
     accuracy = float(np.finfo(float).eps)

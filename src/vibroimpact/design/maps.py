@@ -128,7 +128,7 @@ def design_map(
     workers
         Threads; by default one per core.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every group of machines.
 
     Returns

@@ -193,12 +193,16 @@ class Design(Result):
         """Whether these are exact derivatives of a periodic motion."""
         return all(one.exact for one in self.sensitivity.values())
 
-    @cached_property
     def robust(self) -> dict[str, Interval]:
-        """Ranges of each parameter, the others at their best, that cost less than 1 dB.
+        """Compute ranges of each parameter, the others at their best, that cost less than 1 dB.
 
-        Each range is that around the optimum, by a scan to each bound and bisection.
+        Each range is that around the optimum, by a scan to each bound and bisection, with some 40 machines per
+        parameter: seconds, the first time.
         """
+        return self._robust
+
+    @cached_property
+    def _robust(self) -> dict[str, Interval]:
         return robust_of(self.search, self._row, self.value)
 
     @property
@@ -235,7 +239,7 @@ class Design(Result):
         value = np.full((len(self.search.judges), len(tried)), math.nan)
         valued = worth < UNVALUED_WORTH
         value[levels[valued], which[valued]] = self.objective.sign * worth[valued]
-        robust, sensitivity = self.robust, self.sensitivity
+        robust, sensitivity = self.robust(), self.sensitivity
         across = {
             "best": list(self.parameters.values()),
             "bound": np.array([self.at_bounds.get(n, "") for n in names], dtype=object),
@@ -319,7 +323,7 @@ class Design(Result):
         kind = "exact derivatives" if self.sensitivity_exact else "derivatives by differences"
         lines = [repr(self), f"  {kind} of the objective, and ranges:"]
         for name, slope in self.sensitivity.items():
-            low, high, _ = self.robust[name]
+            low, high, _ = self.robust()[name]
             ends = f"{low:.6g} to {high:.6g} {self.units[name]}".rstrip()
             lines.append(f"  {name}: derivative {slope.value:.4g}; within 1 dB from {ends}")
         return "\n".join(lines)
@@ -376,7 +380,7 @@ def optimise(
     workers
         Threads; by default one per core.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every generation. A ``KeyboardInterrupt`` that it raises ends the search as Ctrl-C does.
     store
         A file, ``.nc``, in which every machine that was tried is kept after each generation. The

@@ -134,7 +134,7 @@ def pareto_front(
     refine
         Machines on the front are judged again with so many times as many members, from other starts; >= 1.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every generation.
 
     Returns

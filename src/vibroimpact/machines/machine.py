@@ -21,6 +21,7 @@ from typing import Any, ClassVar, Self, TypeVar, cast, dataclass_transform
 from vibroimpact._core.checks import check_flag, names_arguments
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.units import Quantity, of_quantity
+from vibroimpact.model.described import Described
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.state import State
 
@@ -73,7 +74,7 @@ def machine(**advice: str) -> Callable[[Class], Class]:
     return made
 
 
-class Machine:
+class Machine(Described):
     """Base class of systems with a name.
 
     Attributes

@@ -11,6 +11,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.words import meant
 
 if TYPE_CHECKING:
     from vibroimpact.machines.machine import Machine
@@ -56,6 +57,7 @@ MACHINES = {
     "multi-unit-damper": Entry("multi_unit_damper:MultiUnitDamper"),
 }
 DEFAULT = "impact-damper"  # if the command line names no machine
+NICKNAMES = {"damper": ("impact-damper",), "oscillator": ("impact-oscillator",)}
 SHORT_TABLES = {"damper": "impact-damper", "physical": "impact-damper.physical"}  # in TOML
 
 
@@ -97,9 +99,11 @@ def case_named(text: str) -> tuple[str, Mapping[str, float]]:
     if name in MACHINES and case in cases_of(name):
         return name, cases_of(name)[case]
     named = "; ".join(f"{one}/{', '.join(cases_of(one))}" for one in MACHINES if cases_of(one))
+    cases = [f"{one}/{which}" for one in MACHINES for which in cases_of(one)]
+    near = meant(text, [*MACHINES, *cases], NICKNAMES)
     raise InvalidParameterError(
         f"case = {text!r}: must be one of {', '.join(MACHINES)}, or a case such as {named}. Or "
-        "give --config."
+        f"give --config.{near}"
     )
 
 

@@ -53,7 +53,7 @@ MATRICES = (".mtx", ".npy")  # Matrix Market, and NumPy's format
 
 
 @names_arguments(contacts="Give elements to mechanism(...), with row=structure.row(place).")
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Structure:
     """Linear structure with named places, to which stops, friction and forces are added.
 

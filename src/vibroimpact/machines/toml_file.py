@@ -96,6 +96,48 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
     return made
 
 
+def load_machine(path: str | os.PathLike[str]) -> Machine | Mechanism | HybridSystem:
+    """Read a machine from a TOML file, as the command line does for ``--config``.
+
+    Parameters
+    ----------
+    path
+        The file; docs/cli.md describes it. ``machine.to_toml()`` is the text of one.
+
+    Returns
+    -------
+    Machine, Mechanism or HybridSystem
+        What the file describes; its start, where it has one, is read by :func:`load_start`.
+
+    Raises
+    ------
+    InvalidParameterError
+        No such file, no TOML, an unknown or missing table or name, a value out of range.
+    """
+    return read_case(path).system
+
+
+def load_start(path: str | os.PathLike[str]) -> State | HybridStart | None:
+    """Read the start from a TOML file of a machine.
+
+    Parameters
+    ----------
+    path
+        The file, as for :func:`load_machine`.
+
+    Returns
+    -------
+    State, HybridStart or None
+        None where the file has no table ``[start]``; of a hybrid system mode, state and phase.
+
+    Raises
+    ------
+    InvalidParameterError
+        As of :func:`load_machine`.
+    """
+    return read_case(path).start
+
+
 def machine_in(path: str | os.PathLike[str]) -> str | None:
     """Name of the machine in a file; None if there is none, or if the file cannot be read."""
     try:

@@ -7,31 +7,22 @@ attribute ``quantity`` of a variable of a sweep names its quantity.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
+from vibroimpact._core.quantities import UNITS
 from vibroimpact.model.state import COORDINATE
 
-UNITS = {  # of quantities, in SI
-    "length": "m",
-    "velocity": "m/s",
-    "acceleration": "m/s²",
-    "time": "s",
-    "frequency": "rad/s",
-    "rate": "1/s",
-    "force": "N",
-    "impulse": "N s",
-    "energy": "J",
-    "power": "W",
-    "mass": "kg",
-    "unbalance": "kg m",
-    "stiffness": "N/m",
-    "damping": "N s/m",
-}
 COORDINATES = {"x": "length", "v": "velocity"}
 ORDERS = COORDINATES | {"a": "acceleration"}
+OF_FIELDS = {  # of mechanisms and elements
+    "omega": "frequency", "mass": "mass", "damping": "damping", "stiffness": "stiffness", "upper": "length",
+    "lower": "length", "constant_force": "force", "kinetic": "force", "static": "force", "belt_speed": "velocity",
+}  # fmt: skip
+INDEX = re.compile(r"\[\d+\]")
 OF_ORBITS = {"speed": "velocity", "clearance": "length", "period": "time"}
 
 
@@ -53,6 +44,14 @@ def quantities_of(system: object) -> dict[str, Quantity]:
         return {}
     found = {f.name: f.metadata.get("quantity", Quantity()) for f in fields(system)}
     return {name: one for name, one in found.items() if one.quantity or one.label}
+
+
+def of_path(path: str) -> str:
+    """Quantity of a number of a mechanism by its path, such as "elements[0].upper"; "" where it is another."""
+    last = INDEX.sub("", path.rpartition(".")[2])
+    if last in ("sine", "cosine"):
+        return "length" if "motion" in path else "force"
+    return OF_FIELDS.get(last, "")
 
 
 class Units(NamedTuple):
@@ -82,7 +81,8 @@ class Units(NamedTuple):
         """Quantity of a parameter or a coordinate; "" for a plain number or an angle."""
         if COORDINATE.fullmatch(name):
             return of_coordinate(name)
-        return self.parameters.get(name, Quantity()).quantity
+        known = self.parameters.get(name)
+        return known.quantity if known else of_path(name)
 
 
 def units_of(*systems: object) -> Units:

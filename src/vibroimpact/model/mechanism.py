@@ -10,8 +10,10 @@ with elements: rigid stops ``lower <= row . x <= upper``, each with its own rest
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -20,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact._core import linear
 from vibroimpact._core.checks import (
     check_choice,
+    check_flag,
     names_arguments,
     numbers,
     refusal,
@@ -37,6 +40,7 @@ from vibroimpact._kernel import (
     MAX_LINES,
 )
 from vibroimpact.model.dashpots import linked, loose_groups
+from vibroimpact.model.described import Described
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.elements.table import KINDS
@@ -71,7 +75,7 @@ def _square(name: str, value: ArrayLike, n: int | None = None) -> linear.Matrix:
     force="Give forces, a Harmonic each, or constant_force.",
 )  # fmt: skip
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Mechanism:
+class Mechanism(Described):
     """Masses, dashpots, springs, forces, stops and friction.
 
     Parameters
@@ -93,6 +97,8 @@ class Mechanism:
         How contacts that touch at one instant share an impact. ``"moreau"``: all at once, one
         linear complementarity problem. ``"sequential"``: one after the other in the order of their
         numbers, round after round, until none approaches; rows of balls pass an impact on so.
+    si
+        Whether the numbers are in SI units, with all coordinates in metres; labels, tables and files then name them.
 
     Raises
     ------
@@ -107,8 +113,10 @@ class Mechanism:
     constant_force: tuple[float, ...] = ()
     elements: tuple[Element, ...] = ()
     impact_law: ImpactLaw = "moreau"
+    si: bool = field(default=False, compare=False)
 
     def __post_init__(self) -> None:
+        check_flag("si", self.si)
         check_choice("impact_law", self.impact_law, list(get_args(ImpactLaw)))
         mass = _square("mass", self.mass)
         n = len(mass)
@@ -123,10 +131,11 @@ class Mechanism:
                 f"{linear.condition_number(moved):.1e} in balanced units): coordinate {heavy[last]} has "
                 "no inertia of its own beside the coordinates before it. Give it some, or remove it."
             )
-        if not heavy or low is None or not symmetric(mass):
+        _check_symmetric(mass)
+        if not heavy or low is None:
             raise InvalidParameterError(
-                "mass: must be positive definite and symmetric, but for coordinates without mass "
-                "(row and column zero). Remove negative masses."
+                "mass: must be positive definite, but for coordinates without mass (row and column zero). "
+                f"{_advice(mass)}"
             )
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "damping", _square("damping", self.damping, n))
@@ -229,6 +238,17 @@ class Mechanism:
             )
         object.__setattr__(self, "forces", tuple(forces))
 
+    def __str__(self) -> str:
+        """In one line what it has: repr has all numbers."""
+        kinds = Counter(element.kind.replace("_", " ") for element in self.elements)
+        held = ", ".join(
+            f"{n} {kind}{'s' * (n > 1 and kind[-1] != 'n')}" for kind, n in kinds.items()
+        )
+        unit = " rad/s" if self.si else ""
+        lines = ", ".join(f"{line.omega:.6g}" for line in self.forces)
+        forced = f", forced at {lines}{unit}" if lines else ""
+        return f"Mechanism: {self.degrees} coordinate{'s' * (self.degrees > 1)}, {held}{forced}"
+
     def __hash__(self) -> int:
         """Hash the numbers: the rows of the matrices are lists, which have no hash."""
         matrices = (self.mass, self.damping, self.stiffness)
@@ -296,6 +316,25 @@ class Mechanism:
     def omega(self) -> float:
         """Angular frequency of the first forcing line, 0 where there is none."""
         return self.forces[0].omega if self.forces else 0.0
+
+
+def _check_symmetric(mass: linear.Matrix) -> None:
+    """Refuse a matrix of masses that is not symmetric, with the entries that differ."""
+    n = len(mass)
+    for i, j in combinations(range(n), 2):
+        if mass[i][j] is not mass[j][i] and mass[i][j] != mass[j][i]:
+            raise InvalidParameterError(
+                f"mass: must be symmetric; mass[{i}][{j}] = {mass[i][j]}, mass[{j}][{i}] = {mass[j][i]}. Give both "
+                "their mean: kinetic energy is half of v . M v."
+            )
+
+
+def _advice(mass: linear.Matrix) -> str:
+    """What is wrong with masses that are not positive definite."""
+    negative = next((i for i, row in enumerate(mass) if row[i] < 0.0), None)
+    if negative is not None:
+        return f"mass[{negative}][{negative}] = {mass[negative][negative]}: remove negative masses."
+    return "Some velocities have no positive kinetic energy: make entries off the diagonal smaller."
 
 
 def _named(coordinates: Iterable[int]) -> str:

@@ -30,10 +30,11 @@ from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
-from vibroimpact._core.checks import check_choice, check_kind, refusal, shown
+from vibroimpact._core.checks import check_choice, check_kind, real, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
 from vibroimpact._kernel import Jet
+from vibroimpact.model.described import Described
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, symmetric
@@ -45,7 +46,7 @@ Step = str | int
 
 
 @dataclass(frozen=True, repr=False)
-class Family:
+class Family(Described):
     """Mechanism with named parameters, given by a function of them: a system like any other.
 
     Parameters
@@ -55,7 +56,8 @@ class Family:
         + - * / ** and numpy functions (np.sqrt, np.sin, np.cos, np.exp, np.log), so that it can be
         differentiated, and compiled for many values at once: numbers may be jets or columns.
     **parameters
-        Their values. Integers count something: only floats can be varied.
+        Their values; those that are left out have the defaults of ``build``. Integers count something: only
+        floats can be varied.
 
     Raises
     ------
@@ -79,13 +81,22 @@ class Family:
     def __init__(self, build: Callable[..., Mechanism], **parameters: float) -> None:
         if not callable(build):
             raise refusal("build", build, "a function that returns a Mechanism")
+        name, taken = getattr(build, "__name__", repr(build)), inspect.signature(build).parameters
+        known = {n: p.default for n, p in taken.items() if p.default is not p.empty}
         try:
             inspect.signature(build).bind(**parameters)
         except TypeError as error:
-            name = getattr(build, "__name__", repr(build))
-            raise InvalidParameterError(f"build = {name}: {error}.") from None
+            listed = ", ".join(f"{one}=..." for one in taken)
+            raise InvalidParameterError(
+                f"build = {name}: {error}. Give Family({name}, {listed})."
+            ) from None
+        if not known | parameters:
+            raise InvalidParameterError(
+                f"build = {name}: has no parameter. Give it arguments, the numbers that vary; or take the "
+                f"mechanism that it returns, {name}(), whose numbers vary by path."
+            )
         object.__setattr__(self, "build", build)
-        self._set(parameters)
+        self._set(known | parameters)
 
     def _set(self, parameters: Mapping[str, float]) -> None:
         plain = ((name, as_python(value)) for name, value in parameters.items())
@@ -117,6 +128,11 @@ class Family:
                 f"build = {shown(self.build)}: must return a Mechanism, not {shown(built)}."
             )
         return built
+
+    @property
+    def si(self) -> bool:
+        """Whether the numbers of the mechanism are in SI units."""
+        return self.mechanism.si
 
     def __repr__(self) -> str:
         name = getattr(self.build, "__name__", repr(self.build))
@@ -168,6 +184,20 @@ def _changed(system: System, values: Mapping[str, Any]) -> System:
             system = _with_entry(system, name, value)
         return system
     return cast(System, replace(cast(Any, system), **values))
+
+
+def replaced(system: System, changes: Mapping[str, Any]) -> System:
+    """The system with other values of parameters, and of whole fields."""
+    if isinstance(system, Family):
+        for name in changes:
+            check_choice("parameter", name, dict(system.parameters))
+        return system._changed(changes)
+    if not isinstance(system, Mechanism):
+        return cast(System, replace(cast(Any, system), **changes))
+    fields = {f.name for f in dataclasses.fields(system)}
+    whole = {name: value for name, value in changes.items() if name in fields}
+    numbers = {name: real(name, value) for name, value in changes.items() if name not in whole}
+    return with_parameters(replace(system, **whole), numbers)
 
 
 def with_values(message: str, values: Mapping[str, float]) -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, fields
 
-from vibroimpact._core.checks import names_arguments, real, vector
+from vibroimpact._core.checks import names_arguments, real, shown, vector
+from vibroimpact._core.errors import InvalidParameterError
 
 COORDINATE = re.compile(r"[xv]\d+|phase")  # a name of a coordinate of a state
 
@@ -35,8 +36,14 @@ class State:
 
     def __post_init__(self) -> None:
         position = vector("position", self.position)
+        velocity = vector("velocity", self.velocity)
+        if len(position) != len(velocity):
+            raise InvalidParameterError(
+                f"position = {shown(position)}, velocity = {shown(velocity)}: must be as long as each other, a number "
+                "for each coordinate."
+            )
         object.__setattr__(self, "position", position)
-        object.__setattr__(self, "velocity", vector("velocity", self.velocity, len(position)))
+        object.__setattr__(self, "velocity", velocity)
         object.__setattr__(self, "phase", real("phase", self.phase))
 
     def perturbed(self, amount: float) -> State:

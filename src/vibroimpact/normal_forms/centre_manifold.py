@@ -25,7 +25,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.codimension_one import NS
@@ -64,9 +63,11 @@ class CentreManifold:
 
 def eigenbasis(critical: Critical) -> Floats:
     """Return H of (33) with k1 = 2 q; its other columns span the complement of p."""
+    from scipy.linalg import null_space
+
     k1 = 2.0 * critical.q
     plane = np.vstack([critical.p.real, critical.p.imag])
-    return np.column_stack([k1.real, -k1.imag, scipy.linalg.null_space(plane)])
+    return np.column_stack([k1.real, -k1.imag, null_space(plane)])
 
 
 def centre_manifold(forms: Forms) -> CentreManifold | Refusal:

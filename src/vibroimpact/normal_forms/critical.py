@@ -18,7 +18,6 @@ from enum import StrEnum
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-import scipy.linalg
 
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.normal_forms.kind import PointKind
@@ -137,11 +136,13 @@ def critical_multiplier(of: PointKind, A: Floats) -> Critical | Refusal:
         Refused as NOT_SMOOTH, NOT_CRITICAL, STRONG_RESONANCE (a pair that has merged at 1 or -1)
         or OTHERS_CRITICAL.
     """
+    from scipy.linalg import eig
+
     (target,), kind = of.critical, of.label
     rough = rough_jacobian(kind, A)
     if rough:
         return rough
-    values, left, right = scipy.linalg.eig(A, left=True, right=True)
+    values, left, right = eig(A, left=True, right=True)
     off = distance(values, target)
     at = int(np.argmin(off))
     if not np.isfinite(off[at]):

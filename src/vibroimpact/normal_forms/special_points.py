@@ -22,7 +22,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from vibroimpact._core.types import Complexes, Floats
@@ -159,11 +158,13 @@ def critical_multipliers(of: PointKind, A: Floats) -> tuple[Critical, ...] | Ref
     -----
     Cost: one eigenvalue problem.
     """
+    from scipy.linalg import eig
+
     wanted, kind = of.critical, of.label
     rough = rough_jacobian(kind, A)
     if rough:
         return rough
-    values, left, right = scipy.linalg.eig(A, left=True, right=True)
+    values, left, right = eig(A, left=True, right=True)
     places: list[int] = []
     allowed = AT_THE_POINT if 1.0 in wanted else ON_CIRCLE
     for target in wanted:

@@ -31,6 +31,7 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
 from vibroimpact.orbits.problem import Flight
+from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, Status
 
 # A loop with a smaller gap, relative to the spread of the motion, Newton's method may close.
@@ -160,7 +161,8 @@ def closing_loop(
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-MOST_GUESSED_IMPACTS - 1] if len(times) > MOST_GUESSED_IMPACTS else 0.0
         why = "" if run.end in ENDS_QUIETLY else _without_signature(run, since, math.inf)
-        return why or f"the run has no loop {wanted}: {run.end.sentence}"
+        reach = reach_in_words(run) if run.end in ENDS_QUIETLY else ""
+        return why or f"the run has no loop {wanted}: {run.end.sentence}{reach and '; ' + reach}"
     first, last, settled = found
     whole = cycles_of(run.system, times[last] - times[first]) if cycles is None else cycles
     omega = mechanism_of(run.system).omega

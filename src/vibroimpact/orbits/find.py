@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, check_flag, numbers, refusal
+from vibroimpact._core.checks import check_count, check_flag, names_arguments, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states
@@ -61,6 +61,7 @@ class Guess(NamedTuple):
         return id(self)
 
 
+@names_arguments()
 def find_orbit(
     system: System,
     guess: Orbit | Run | State | Guess,

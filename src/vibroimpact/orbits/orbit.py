@@ -81,7 +81,7 @@ class Orbit(Result):
     system: System
     signature: Signature
     states: Floats = field(metadata=along("segment", "entry"), repr=False)
-    durations: Floats = field(metadata=along("segment"), repr=False)
+    durations: Floats = field(metadata=along("segment", quantity="time"), repr=False)
     residual: float
     status: str = FOUND
     parameter: str = field(default="", repr=False)

@@ -32,7 +32,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
+from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress, names_arguments
 from vibroimpact._core.progress import ProgressOption, Reporter, counting
 from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
@@ -68,6 +68,7 @@ NEWTON_HALVINGS = 4  # a Newton step is halved so often at most: 99 of 100 need 
 TOUCH_SPEED_OF_BOX = 1e-6  # an impact that is slower, relative to the box, counts as a touch
 
 
+@names_arguments()
 def find_orbits(
     system: System,
     *,
@@ -75,7 +76,7 @@ def find_orbits(
     most_impacts: int = 4,
     starts: int = 100,
     seed: int = 0,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> OrbitSearch:
     """Find periodic orbits with few impacts from random starts.
 
@@ -97,7 +98,7 @@ def find_orbits(
     seed
         Seed of the random numbers, >= 0: the same seed gives the same list.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every motion.
 
     Returns

@@ -15,11 +15,11 @@ Accuracy    multipliers are on the circle within NEUTRAL_DISTANCE; those of fami
 
 from __future__ import annotations
 
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.types import Complexes
 
 # A multiplier that is so near to the unit circle is neither inside nor outside.
@@ -27,7 +27,7 @@ NEUTRAL_DISTANCE = 1e-9
 SPLIT_DISTANCE = 1e-3  # rounding moves a multiplier 1 of multiplicity k by its k-th root
 
 
-class Stability(IntEnum):
+class Stability(NamedCode):
     """Stability of a motion, the better first."""
 
     STABLE = 0

@@ -17,7 +17,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linprog
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
@@ -147,6 +146,8 @@ def centre_of(
 
     None where there is no place without negative gap.
     """
+    from scipy.optimize import linprog
+
     n = rows.shape[1]
     found = linprog(
         c=np.append(np.zeros(n), -1.0),  # the largest least gap t: G x + t <= g

@@ -44,7 +44,7 @@ class _View(NamedTuple):
 
 
 def plot_branches(
-    branches: Sequence[Branch], *, variable: str = "v1", ax: Axes | None = None,
+    branches: Branch | Sequence[Branch], *, variable: str = "v1", ax: Axes | None = None,
     marks: bool = True, stop: tuple[int, int] | None = None, mirror: bool = False,
     attractors: xr.Dataset | None = None, bounds: tuple[float, float] | None = None,
 ) -> Axes:  # fmt: skip
@@ -53,7 +53,7 @@ def plot_branches(
     Parameters
     ----------
     branches
-        Branches in the same parameter; each has its colour, and among several its number.
+        A branch, or several in the same parameter; each has its colour, and among several its number.
     variable
         "x1", "x2", ... places and "v1", "v2", ... velocities just after an impact, "phase" of the
         force there; or, of the whole orbit, "speed" (smallest closing speed of an impact),
@@ -114,7 +114,8 @@ def plot_branches(
 
 def _checked(branches: Any) -> Sequence[Branch]:
     """Return the branches, or refuse an object that is not a branch."""
-    check_kind("branches", branches, (list, tuple), "a list of branches")
+    branches = [branches] if isinstance(branches, Branch) else branches
+    check_kind("branches", branches, (list, tuple), "a branch, or a list of branches")
     for i, branch in enumerate(branches):
         check_kind(f"branches[{i}]", branch, Branch, "a Branch, as continue_orbit gives")
     return cast(Sequence[Branch], branches)

@@ -7,27 +7,40 @@ lanes in a bay; those of masses further apart pass above. What has no such place
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
+from vibroimpact._core.quantities import UNITS
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.plotting import style, symbols
+from vibroimpact.plotting.labels import size_of_text
 from vibroimpact.plotting.variables import combination
 
 INCHES_PER_UNIT = 0.40  # a unit of the drawing board is so long
 MASS, BAY, NARROW, GAP = 2.1, 3.9, 1.2, 0.5
 SINGLE, PLAIN, SOFT, DAMPED = 1.0, 1.75, 1.75, 2.1  # heights of lanes, with their labels
+POINTS_PER_INCH = 72.0
+EXPONENT = re.compile(r"(?<=\d)e([+-]\d+)")
 TEXT_POINTS = 8.0  # labels are so high
 BELT_LABEL_DEPTH = 0.95  # the first label below a belt is so deep
 FLOOR_LABEL_DEPTH = 0.6  # below a floor it is so deep
 LABEL_LINE_DEPTH = 0.36  # a line of a label is so deep
 # A sum of entries that is smaller, relative to the largest, is zero to rounding.
 ZERO_OF_LARGEST = 1e-12
+WRITTEN = (
+    "mass",
+    "stiffness",
+    "damping",
+    "length",
+    "force",
+    "frequency",
+)  # quantities of the numbers
 A, B, RUB = style.BLUE, style.VERMILION, style.GREEN
 Draw = Callable[[Axes, float, float, float], None]  # between two abscissas, at an ordinate
 
@@ -138,6 +151,8 @@ class Chain:
 
     def _remarks(self) -> None:
         m, n = self.m, self.m.degrees
+        if m.si:
+            self.notes.append(f"in SI units: {', '.join(UNITS[one] for one in WRITTEN)}")
         for i in range(n):
             if force := force_text(m, i):
                 self.notes.append(f"$F_{{{i + 1}}}={force}$")
@@ -223,7 +238,9 @@ class Chain:
         width, _ = self.size
         foot = -self.foot + 0.45 * len(self.notes) - 0.2
         for line, note in enumerate(self.notes):
-            ax.text(0.0, foot - 0.45 * line, note, fontsize=TEXT_POINTS + 0.5, va="center")
+            ax.text(
+                0.0, foot - 0.45 * line, with_powers(note), fontsize=TEXT_POINTS + 0.5, va="center"
+            )
         ax.set(xlim=(-0.6, width - 0.6), ylim=(-self.foot, y), aspect="equal")
         ax.axis("off")
 
@@ -344,8 +361,18 @@ def axis_of(height: float) -> float:
 
 
 def _label(ax: Axes, left: float, right: float, y: float, text: str, colour: str) -> None:
-    ax.text((left + right) / 2.0, y, text, ha="center", va="bottom", color=colour, fontsize=TEXT_POINTS,
+    """Write in the middle above a part, smaller where it would be wider than its place."""
+    text = with_powers(text)
+    wide = max(size_of_text(line, TEXT_POINTS)[0] for line in text.splitlines())
+    place = 0.95 * (right - left) * INCHES_PER_UNIT * POINTS_PER_INCH
+    points = TEXT_POINTS * min(1.0, place / wide)
+    ax.text((left + right) / 2.0, y, text, ha="center", va="bottom", color=colour, fontsize=points,
             linespacing=1.1)  # fmt: skip
+
+
+def with_powers(text: str) -> str:
+    """Text of formulas with powers of ten for exponents: 2.9e+06 is 2.9 x 10^6."""
+    return EXPONENT.sub(lambda found: rf"\times10^{{{int(found[1])}}}", text)
 
 
 def _support(draw: Callable[..., None], symbol: str, value: float, side: int) -> Draw:

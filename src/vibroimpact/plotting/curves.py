@@ -58,7 +58,7 @@ Names = tuple[str, str]
 
 
 def plot_curves(
-    curves: Sequence[BifurcationCurve],
+    curves: BifurcationCurve | Sequence[BifurcationCurve],
     *,
     ax: Axes | None = None,
     marks: bool = True,
@@ -69,7 +69,7 @@ def plot_curves(
     Parameters
     ----------
     curves
-        Curves in the same two parameters. Those of the first one, in its order, are the axes.
+        A curve, or several in the same two parameters. Those of the first one, in its order, are the axes.
     ax
         Axes to draw on, as those that :func:`plot_plane` returned: their limits, labels and legends are kept. A new
         figure if not given.
@@ -147,7 +147,8 @@ def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
 
 def _checked(curves: Any) -> Sequence[BifurcationCurve]:
     """Return the curves, or refuse what is none, and curves in other parameters."""
-    check_kind("curves", curves, (list, tuple), "a list of curves")
+    curves = [curves] if isinstance(curves, BifurcationCurve) else curves
+    check_kind("curves", curves, (list, tuple), "a curve, or a list of curves")
     for i, curve in enumerate(curves):
         wanted = "a BifurcationCurve, as continue_bifurcation gives"
         check_kind(f"curves[{i}]", curve, BifurcationCurve, wanted)

@@ -14,7 +14,6 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.machine_table import parameter_words
 from vibroimpact.plotting.page import Block, Items, Page, Picture, Section, Symbol, Table, Text
 from vibroimpact.plotting.report import (
-    PAGES,
     in_brief,
     limits,
     machine_section,
@@ -27,6 +26,7 @@ from vibroimpact.plotting.report import (
 )
 from vibroimpact.plotting.words import number
 from vibroimpact.response.response import Response
+from vibroimpact.results.files import PAGES
 
 
 def design_report(best: Design, response: Response, *, title: str = "", command: str = "") -> str:
@@ -111,7 +111,7 @@ def _sensitivities(best: Design) -> Block:
     units, rows = units_of(best.system), []
     for name, value in best.parameters.items():
         words, symbol = parameter_words(name, units)
-        low, high, at_bounds = best.robust[name]
+        low, high, at_bounds = best.robust()[name]
         unit = best.units[name]
         ends = [
             f"{number(x, unit)}{' (bound)' if at else ''}"

@@ -12,9 +12,10 @@ from matplotlib.axes import Axes
 
 from vibroimpact import _kernel
 from vibroimpact._core.docstrings import descriptions, head_of
+from vibroimpact._core.quantities import UNITS
 from vibroimpact.machines.machine import Machine, example_of, parameters_of
 from vibroimpact.machines.registry import machine_of
-from vibroimpact.machines.units import UNITS, Quantity
+from vibroimpact.machines.units import Quantity
 from vibroimpact.plotting.history import plot_history
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.page import Code, Page, Picture, Section, Table, Text

@@ -77,7 +77,7 @@ class Labels:
         for label in self.wanted:
             at, size = (
                 self._points(np.array([[label.x, label.y]]))[0],
-                _size(label.text, label.size),
+                size_of_text(label.text, label.size),
             )
             free = [
                 (_cost(box, distance, busy), tuple(box))
@@ -141,7 +141,7 @@ def _box(at: Floats, size: Floats, direction: tuple[float, float], distance: flo
     return np.concatenate([middle - size / 2.0, middle + size / 2.0])
 
 
-def _size(text: str, points: float) -> Floats:
+def size_of_text(text: str, points: float) -> Floats:
     """Width and height of a label in points: a line of text is as high as "lp"."""
     width, height = (
         TextPath((0.0, 0.0), part, size=points, prop=FontProperties()).get_extents().size[axis]

@@ -26,7 +26,8 @@ COLOURS = "cividis"  # even in lightness for every reader
 
 
 def plot_multipliers(
-    path: Sequence[Orbit] | ArrayLike, *, omega: ArrayLike | None = None, half: bool = True,
+    path: Orbit | Sequence[Orbit] | ArrayLike, *, omega: ArrayLike | None = None,
+    half: bool | None = None,
     labels: Sequence[str] | None = None, ax: Axes | None = None,
 ) -> Axes:  # fmt: skip
     """Draw the multipliers as omega varies, with the unit circle.
@@ -34,12 +35,12 @@ def plot_multipliers(
     Parameters
     ----------
     path
-        Orbits along omega, or their multipliers, complex, shape (n_omega, n_multiplier).
+        An orbit, orbits along omega, or their multipliers, complex, shape (n_omega, n_multiplier).
     omega
         Colours the points, shape (n_omega,); taken from the orbits if these are given.
     half
-        Draw nu of the half map (True) or lambda = nu^2 of the full map. Names the axes if
-        ``path`` is an array.
+        Draw nu of the half map (True) or lambda = nu^2 of the full map (False); by default nu where every
+        orbit has a half map. Names the axes if ``path`` is an array, by default as nu.
     labels
         Names of a few orbits instead of a path: each has a colour and a mark, with a legend.
 
@@ -48,6 +49,8 @@ def plot_multipliers(
     Axes
         The Axes drawn on. Stars on the unit circle are the strong resonances 1:1 to 1:4.
     """
+    path = [path] if isinstance(path, Orbit) else path
+    half = _has_half_map(path) if half is None else half
     values, along = _values(path, None if labels else omega, half)
     units = units_of(*(getattr(one, "system", None) for one in cast(Any, path) if omega is None))
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
@@ -64,6 +67,12 @@ def plot_multipliers(
             aspect="equal",
         )
     return ax
+
+
+def _has_half_map(path: Any) -> bool:
+    """Whether no orbit of the path is without a half map."""
+    orbits = [one for one in path if isinstance(one, Orbit)] if isinstance(path, Sequence) else []
+    return all(one.half_multipliers is not None for one in orbits)
 
 
 def _values(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 
@@ -11,34 +9,36 @@ from vibroimpact._core.checks import vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import units_of
+from vibroimpact.measures.measure import Peak, Row
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.system import mechanism_of
+from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.plotting import style
 from vibroimpact.plotting.history import HISTORY_POINTS, window_of
+from vibroimpact.plotting.orbits import plot_orbit
 from vibroimpact.plotting.variables import combination
 from vibroimpact.simulation.simulate import Run
 
 
 def plot_phase_portrait(
-    run: Run, t0: float = 0.0, t1: float | None = None, *,
-    row: Sequence[float] = (1.0,), ax: Axes | None = None,
+    run: Run | Orbit, t0: float = 0.0, t1: float | None = None, *,
+    row: Row = (1.0,), ax: Axes | None = None,
 ) -> Axes:  # fmt: skip
     """Draw velocity over position of one coordinate, or of a combination of coordinates.
 
     Parameters
     ----------
     run
-        A result of :func:`vibroimpact.simulate`.
+        A result of :func:`vibroimpact.simulate`, or an orbit, which is drawn over its period.
     t0, t1
-        Window of time within the run; to its last event if ``t1`` is not given.
+        Window of time within a run; to its last event if ``t1`` is not given.
     row
-        Coordinate u = row . x, missing entries zero. ``(1,)`` is x1, ``(0, 1)`` is x2,
-        ``(-1, 1)`` is x2 - x1, the contact coordinate of the damper.
+        "x1", "x2", a sum such as "x2 - x1", or coefficients of the coordinates, missing ones zero: ``(-1, 1)``.
     """
+    full = _row(row, mechanism_of(run.system))
+    if isinstance(run, Orbit):
+        return plot_orbit(run, full.tolist(), ax=ax)
     start, end = window_of(run, t0, t1)
-    entries, n = vector("row", row), run.position.shape[1]
-    if not 1 <= len(entries) <= n:
-        raise InvalidParameterError(f"row has {len(entries)} entries; expected 1 to {n}.")
-    full = np.zeros(n)
-    full[: len(entries)] = entries
     with style.drawing(ax, height=style.WIDTH * 0.85) as ax:
         units = units_of(run.system)
         for (x, v), looks in (
@@ -50,6 +50,16 @@ def plot_phase_portrait(
         across, up = units.label(f"${place}$", "length"), units.label(f"${speed}$", "velocity")
         ax.set(xlabel=across, ylabel=up)
     return ax
+
+
+def _row(row: Row, m: Mechanism) -> Floats:
+    """Coefficients of the coordinates, those that are left out zero."""
+    if isinstance(row, str):
+        return Peak(row).coefficients(m)
+    entries = vector("row", row)
+    if not 1 <= len(entries) <= m.degrees:
+        raise InvalidParameterError(f"row has {len(entries)} entries; expected 1 to {m.degrees}.")
+    return np.array([*entries, *[0.0] * (m.degrees - len(entries))])
 
 
 def _flights(run: Run, row: Floats, t0: float, t1: float) -> tuple[Floats, Floats]:

@@ -42,8 +42,8 @@ from vibroimpact.response.compare import (
     worst_of_comparison,
 )
 from vibroimpact.response.response import Response
+from vibroimpact.results.files import PAGES
 
-PAGES = (".html",)
 PLAIN = "Numbers are in the units in which the machine was given."
 TABLE_VALUES = 5  # the table of answers has so many values of the parameter
 MOST_CELL_NAMES = 8  # a cell lists so many names of motions at most

@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 
 from vibroimpact._core.checks import check_kind, path_of
 from vibroimpact._core.files import check_target, write_files
+from vibroimpact.results.files import PICTURES
 
 # Okabe and Ito's palette (https://jfly.uni-koeln.de/color/)
 BLACK = "#000000"
@@ -34,7 +35,6 @@ GREY = "#8C8C8C"  # guide lines
 SILVER = "#C4C4C4"  # areas: everything else
 NOTHING = "#E9E9E9"  # areas without a number
 
-PICTURES = (".svg", ".png", ".pdf")
 UNDATED: Any = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}  # metadata by suffix
 
 WIDTH = 3.4  # inches: one column of a journal

@@ -27,6 +27,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
     check_memory,
+    names_arguments,
     nonnegative,
     positive,
     real,
@@ -388,6 +389,7 @@ def _same(known: Answer, simulated: Answer, size: float) -> bool:
     return known.stability <= Stability.NEUTRAL and abs(known.value - simulated.value) < near
 
 
+@names_arguments()
 @interruptible("nothing is kept", whole=True)
 def frequency_response(
     system: System,
@@ -447,7 +449,7 @@ def frequency_response(
     workers
         Threads of the simulation; by default one per core.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points of a branch, and before the sweep.
 
     Returns

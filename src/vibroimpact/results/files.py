@@ -33,11 +33,13 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import check_target, read_bytes, write_files
 from vibroimpact._core.lazy import xr
-from vibroimpact.results.result import Result, dataframe_of
+from vibroimpact.results.result import CSV, Result, csv_of, dataframe_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
 
-NETCDF, CSV = ".nc", ".csv"
+NETCDF = ".nc"
 SUFFIXES = (NETCDF, CSV)
+PICTURES = (".svg", ".png", ".pdf")  # suffixes of files that plotting writes
+PAGES = (".html",)
 FORMAT = "vibroimpact result 1"
 STORED = "stored_"  # begins names of variables that are not for reading
 TEXT = STORED + "text"
@@ -185,7 +187,7 @@ def content_of(result: Any, suffix: str) -> bytes:
         content: bytes = bytes(data.to_netcdf(engine="h5netcdf", encoding=plain))
         return content + SEAL + hashlib.sha256(content).hexdigest().encode()
     table = result.to_dataframe() if isinstance(result, Result) else dataframe_of(result)
-    return str(table.to_csv(index=False)).encode()
+    return csv_of(table)
 
 
 def netcdf_in(where: str, content: bytes, *, damaged: bool) -> bytes:

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
-from enum import Enum
+from enum import Enum, IntEnum
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from vibroimpact import _kernel
+from vibroimpact._core.checks import check_choice, path_of
+from vibroimpact._core.files import check_target, write_files
 from vibroimpact._core.lazy import pd, xr
+from vibroimpact._core.quantities import UNITS
 from vibroimpact._core.types import Complexes
+from vibroimpact._core.words import missing_attribute
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,9 +28,21 @@ INSIDE = {MERGED: True}
 """Metadata of a field that holds a dataclass whose own variables are variables of the dataset, too."""
 
 
-def along(*dims: str, **attrs: str) -> dict[str, Any]:
-    """Metadata of a field that holds an array with these dims; ``attrs``, such as ``units``, describe it."""
-    return {DIMS: dims, ATTRS: attrs}
+def along(*dims: str, codes: type[IntEnum] | None = None, **attrs: str) -> dict[str, Any]:
+    """Metadata of a field that holds an array with these dims.
+
+    ``attrs`` describe it: ``quantity`` (a key of ``UNITS``) where its unit is that of the system, or ``units``. Of
+    ``codes`` datasets hold the meanings, and tables the names.
+    """
+    return {DIMS: dims, ATTRS: attrs | (meanings(codes) if codes else {})}
+
+
+def meanings(codes: type[IntEnum]) -> dict[str, Any]:
+    """Attributes of a variable that holds codes: what each of them means."""
+    return {
+        "flag_values": np.array([*codes], dtype=np.int32),
+        "flag_meanings": " ".join(one.name.lower() for one in codes),
+    }
 
 
 def rows(dim: str, *more: str) -> dict[str, Any]:
@@ -34,6 +51,9 @@ def rows(dim: str, *more: str) -> dict[str, Any]:
     Datasets have a column for each plain entry of theirs, and for further attributes by their names.
     """
     return {ROWS: (dim, *more)}
+
+
+CSV = ".csv"
 
 
 def plotting(module: str) -> Any:
@@ -53,6 +73,12 @@ class Result:
     def __getstate__(self) -> dict[str, Any]:
         """Fields: copies, in other processes too, compute again what follows from them."""
         return {one.name: getattr(self, one.name) for one in fields(cast(Any, self))}
+
+    def __getattr__(self, name: str) -> Any:
+        """Say which attribute is meant by one that is not there."""
+        if name.startswith("_") or hasattr(type(self), name):
+            return object.__getattribute__(self, name)  # raises what it raised
+        raise missing_attribute(self, name, [one for one in dir(self) if not one.startswith("_")])
 
     def plot(self, *shown: Any, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the result.
@@ -76,11 +102,62 @@ class Result:
     def to_dataset(self) -> xr.Dataset:
         """Convert to an xarray dataset, whose attributes describe system and result."""
         variables, attrs = _declared(self)
-        return xr.Dataset(variables, attrs=attrs | {"version": _kernel.version()})
+        data = xr.Dataset(variables, attrs=attrs | {"version": _kernel.version()})
+        return with_units(data) if _in_si(self) else data
 
-    def to_dataframe(self) -> pd.DataFrame:
-        """Convert to a pandas table: a row for each place along the first dim, a column for each number."""
-        return dataframe_of(self.to_dataset())
+    def to_dataframe(self, dim: str = "") -> pd.DataFrame:
+        """Convert to a pandas table: a row for each event, point, ..., a column for each number.
+
+        Parameters
+        ----------
+        dim
+            What the rows are: a dim of the dataset, such as "special" for the special points of a branch; by default
+            the first.
+
+        Raises
+        ------
+        InvalidParameterError
+            No such dim; the message lists them.
+        """
+        return dataframe_of(self.to_dataset(), dim)
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the table of :meth:`to_dataframe` to a file, whole or not at all.
+
+        Parameters
+        ----------
+        path
+            A name that ends in .csv; an earlier file of that name is replaced.
+        """
+        target = path_of("path", path)
+        check_target(target, (CSV,), "path")
+        write_files({target: csv_of(self.to_dataframe())})
+
+
+def csv_of(table: pd.DataFrame) -> bytes:
+    """Content of a file of the rows of a table."""
+    return str(table.to_csv(index=False)).encode()
+
+
+def _in_si(result: Any) -> bool:
+    """Whether a result is one of a system in SI units."""
+    named = {one.name for one in fields(result)}
+    of = (
+        result
+        if "system" in named
+        else getattr(result, "family", None)
+        if "family" in named
+        else None
+    )
+    return bool(getattr(getattr(of, "system", None), "si", False))
+
+
+def with_units(data: xr.Dataset) -> xr.Dataset:
+    """The dataset with the SI unit of each variable that names its quantity."""
+    for variable in data.variables.values():
+        if unit := UNITS.get(variable.attrs.get("quantity", "")):
+            variable.attrs["units"] = unit
+    return data
 
 
 def _declared(holder: Any) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -150,26 +227,30 @@ def _attribute(name: str, value: Any) -> dict[str, Any]:
 # ---- tables --------------------------------------------------------------------------------------
 
 
-def dataframe_of(data: xr.Dataset) -> pd.DataFrame:
-    """Table of a dataset: rows along the dims of its first variable that has fewest, a column for each number.
+def dataframe_of(data: xr.Dataset, dim: str = "") -> pd.DataFrame:
+    """Table of a dataset: rows along a dim, by default the dims of its first variable that has fewest.
 
-    Further dims of a variable become columns, position_0, position_1; variables along others are left out. Without
-    arrays it has one row, of the attributes.
+    A column for each number; codes with meanings become words. Further dims of a variable become columns, position_0,
+    position_1; variables along others are left out. Without arrays it has one row, of the attributes.
     """
     held = [variable for variable in data.data_vars.values() if variable.ndim]
     if not held:
         return pd.DataFrame([data.attrs])
-    lead = min(held, key=lambda variable: variable.ndim).dims
+    if dim:
+        check_choice("dim", dim, [str(one) for one in data.dims])
+    lead = (dim,) if dim else min(held, key=lambda variable: variable.ndim).dims
     sizes = [data.sizes[dim] for dim in lead]
     count = int(np.prod(sizes))
     columns: dict[str, Any] = {}
-    for dim in lead:
-        if dim in data.coords:
-            columns[str(dim)] = data[dim].broadcast_like(data[list(lead)]).values.ravel()
+    for along_rows in lead:
+        if along_rows in data.coords:
+            columns[str(along_rows)] = (
+                data[along_rows].broadcast_like(data[list(lead)]).values.ravel()
+            )
     for name, variable in data.data_vars.items():
         if variable.dims[: len(lead)] != lead:
             continue
-        flat = variable.values.reshape(count, -1)
+        flat = _in_words(variable).reshape(count, -1)
         if variable.ndim == len(lead):
             columns[str(name)] = flat[:, 0]
         else:
@@ -177,6 +258,16 @@ def dataframe_of(data: xr.Dataset) -> pd.DataFrame:
             ends = ("_".join(_place(data, variable.dims[len(lead) :], at)) for at in further)
             columns |= {f"{name}_{end}": flat[:, k] for k, end in enumerate(ends)}
     return pd.DataFrame(columns)
+
+
+def _in_words(variable: xr.DataArray) -> Any:
+    """Values of a variable; of codes their meanings."""
+    words = str(variable.attrs.get("flag_meanings", "")).split()
+    if not words:
+        return variable.values
+    known = dict(zip(np.ravel(variable.attrs["flag_values"]).tolist(), words, strict=True))
+    named = [known.get(code, str(code)) for code in variable.values.ravel().tolist()]
+    return np.array(named, dtype=object).reshape(variable.shape)
 
 
 def _place(data: xr.Dataset, dims: Sequence[Any], index: Sequence[int]) -> Iterator[str]:

@@ -14,6 +14,7 @@ from vibroimpact._core.checks import (
     check_count,
     check_kind,
     check_memory,
+    names_arguments,
     numbers,
     real,
     real_or_infinite,
@@ -115,6 +116,7 @@ class HybridRun(Result):
         return _states(rows, self.system.states).reshape(*times.shape, self.system.states)
 
 
+@names_arguments()
 def simulate_hybrid(
     system: HybridSystem,
     mode: str,

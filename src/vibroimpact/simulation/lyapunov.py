@@ -30,7 +30,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count
+from vibroimpact._core.checks import check_count, names_arguments
 from vibroimpact._core.progress import announce_measured
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
@@ -107,6 +107,7 @@ class LyapunovEstimate(Result):
         return self.value < -ERRORS_OF_CERTAINTY * self.error
 
 
+@names_arguments()
 def lyapunov_exponent(
     system: System, start: State, *, impacts: int = 20_000, settle_impacts: int = 1000
 ) -> LyapunovEstimate:

@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count, check_memory, refusal
+from vibroimpact._core.checks import check_count, check_memory, names_arguments, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Announcement, announce_measured
 from vibroimpact._core.types import Codes, Floats
@@ -208,6 +208,7 @@ class LyapunovSpectrum(Result):
         return "\n".join(lines)
 
 
+@names_arguments()
 def lyapunov_spectrum(
     system: System,
     start: State,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.checks import check_count, check_memory
+from vibroimpact._core.checks import check_count, check_memory, names_arguments
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import Announcement
 from vibroimpact._core.types import Codes, Floats
@@ -24,13 +24,17 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations, translations_of
 from vibroimpact.results.result import Result, along
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop, place_in
+from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import (
+    ENDS_QUIETLY,
     GOES_ON,
     RunEnd,
+    Status,
     first_phases,
     phase_after,
     record_bytes,
     rounded_times,
+    simulate,
     states_of_modes,
 )
 from vibroimpact.simulation.simulator import CHUNK_EVENTS, Impacts, Simulator, joined
@@ -70,13 +74,13 @@ class Section(Result):
 
     system: System
     at: At
-    position: Floats = field(metadata=along("point", "coordinate"))
-    velocity: Floats = field(metadata=along("point", "coordinate"))
-    phase: Floats = field(metadata=along("point"))
-    time: Floats = field(metadata=along("point"))
+    position: Floats = field(metadata=along("point", "coordinate", quantity="length"))
+    velocity: Floats = field(metadata=along("point", "coordinate", quantity="velocity"))
+    phase: Floats = field(metadata=along("point", units="rad"))
+    time: Floats = field(metadata=along("point", quantity="time"))
     end: RunEnd
     last: State = field(repr=False)
-    status: Codes | None = field(default=None, metadata=along("point"))
+    status: Codes | None = field(default=None, metadata=along("point", codes=Status))
     state: Codes | None = field(default=None, metadata=along("point"))
 
     def __len__(self) -> int:
@@ -86,7 +90,14 @@ class Section(Result):
         where = self.at.words(mechanism_of(self.system))
         rare = f"fewer than one event in {EVENTS_PER_POINT} is such a point"
         end = rare if self.end is RunEnd.EVENTS else self.end.sentence
-        return f"Section: {len(self)} points {where}; {end}"
+        return f"Section: {len(self)} points {where}; {end}{self.reach and '; ' + self.reach}"
+
+    @property
+    def reach(self) -> str:
+        """How far a motion that stopped impacting stays from the stops, in words; else empty."""
+        if self.end not in ENDS_QUIETLY:
+            return ""
+        return reach_in_words(simulate(self.system, self.last, impacts=1))
 
     @property
     def x1(self) -> Floats:
@@ -176,6 +187,7 @@ def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:
     return np.column_stack([position, velocity, np.cos(phase), np.sin(phase)])
 
 
+@names_arguments()
 def section(
     system: System,
     start: State,

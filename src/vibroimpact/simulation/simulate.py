@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from enum import IntEnum
 from typing import Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -16,10 +15,12 @@ from vibroimpact._core.checks import (
     check_kind,
     check_memory,
     memory_here,
+    names_arguments,
     numbers,
     real_or_infinite,
     refusal,
 )
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected
@@ -38,6 +39,7 @@ from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result, along
+from vibroimpact.simulation.reach import reach_in_words
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
@@ -47,7 +49,7 @@ LONG_STEPS = 100_000  # without forcing it is asked after so many steps of the m
 EVENTS_PER_IMPACT = 64  # a machine with elements has so many events per impact at most
 
 
-class Status(IntEnum):
+class Status(NamedCode):
     """Kinds of events of a run.
 
     ENGAGE, CHANGE and NON_UNIQUE are those of soft stops and friction: ``run.contact`` has the number
@@ -138,16 +140,16 @@ class Run(Result):
 
     system: System
     start: State
-    time: Floats = field(metadata=along("event"))
-    status: Codes = field(metadata=along("event"))
+    time: Floats = field(metadata=along("event", quantity="time"))
+    status: Codes = field(metadata=along("event", codes=Status))
     contact: Codes = field(metadata=along("event"))
     side: Codes = field(metadata=along("event"))
-    position: Floats = field(metadata=along("event", "coordinate"))
-    velocity_before: Floats = field(metadata=along("event", "coordinate"))
-    velocity_after: Floats = field(metadata=along("event", "coordinate"))
-    phase: Floats = field(metadata=along("event"))
-    rate_before: Floats = field(metadata=along("event"))
-    rate_after: Floats = field(metadata=along("event"))
+    position: Floats = field(metadata=along("event", "coordinate", quantity="length"))
+    velocity_before: Floats = field(metadata=along("event", "coordinate", quantity="velocity"))
+    velocity_after: Floats = field(metadata=along("event", "coordinate", quantity="velocity"))
+    phase: Floats = field(metadata=along("event", units="rad"))
+    rate_before: Floats = field(metadata=along("event", quantity="velocity"))
+    rate_after: Floats = field(metadata=along("event", quantity="velocity"))
     end: RunEnd
     limit_side: Codes = field(metadata=along("event"), repr=False)
     _compiled: Compiled = field(repr=False)
@@ -161,10 +163,14 @@ class Run(Result):
     def __repr__(self) -> str:
         kinds, counts = np.unique(self.status, return_counts=True)
         listed = ", ".join(
-            f"{n} {Status(k).name.lower()}" for k, n in zip(kinds, counts, strict=True)
+            f"{n} {Status(k).name.lower()}"
+            for k, n in zip(kinds, counts, strict=True)
+            if k != Status.HORIZON
         )
         span = self.time[-1] if len(self) else 0.0
         text = f"Run: {listed or 'no events'} up to t = {span:.6g}; {self.end.sentence}"
+        if self.end in ENDS_QUIETLY and (reach := reach_in_words(self)):
+            text += f"; {reach}"
         m = self._compiled.mechanism
         if not m.switching:
             return text
@@ -293,7 +299,6 @@ class Run(Result):
         data = super().to_dataset().assign(state=(("event", "element"), self.states))
         return data.assign_coords(element=element_labels(m)).assign_attrs(
             impact_law=self.impact_law,
-            status_meaning=", ".join(f"{s.value} {s.name}" for s in Status),
             state_meaning="; ".join(
                 f"{kind.__name__}: {', '.join(f'{s.value} {s.name}' for s in kind)}"
                 for kind in kinds
@@ -443,6 +448,7 @@ def record_bytes(m: Mechanism) -> int:
     return 2 * 8 * (6 * m.degrees + len(m.forces) + 8)
 
 
+@names_arguments()
 def simulate(system: System, start: State, *, impacts: int = 1000, t_max: float = math.inf) -> Run:
     """Simulate until a number of impacts or a time is reached.
 

@@ -8,10 +8,10 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact._core.checks import check_kind, shown, unknown_keyword
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import interruptible
 from vibroimpact._core.texts import json_of
 from vibroimpact.machines.json_text import system_of

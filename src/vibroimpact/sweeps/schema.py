@@ -7,13 +7,14 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from vibroimpact import _kernel
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Arrays
 from vibroimpact.machines.json_text import text_of
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.sweeps.observers.observer import Variable
 from vibroimpact.sweeps.observers.selection import variables_of
 from vibroimpact.sweeps.options import call_of
@@ -71,15 +72,19 @@ def schema_of(plan: Plan, specification: SweepSpec) -> Schema:
     InvalidParameterError
         A name that is used twice.
     """
-    variables = variables_of(plan.observers, plan.mechanism)
+    units = units_of(plan.system)
+    variables = {
+        name: one._replace(attrs=one.attrs | units.attrs(str(one.attrs.get("quantity", ""))))
+        for name, one in variables_of(plan.observers, plan.mechanism).items()
+    }
     coords: dict[str, Coordinate] = {
-        name: ((name,), axis, _attrs(name)) for name, axis in plan.axes.items()
+        name: ((name,), axis, _attrs(name, units)) for name, axis in plan.axes.items()
     }
     for name in plan.starts.dims:
         _refuse_known(name, plan.axes)
     for name, (dim, values) in plan.starts.coords.items():
         _refuse_known(name, coords)
-        coords[name] = ((dim,), values, _attrs(name))
+        coords[name] = ((dim,), values, _attrs(name, units))
     own = {dim for v in variables.values() for dim in v.dims}
     for name in {*variables, *own}:
         _refuse_known(name, {*coords, *plan.dims})
@@ -94,11 +99,12 @@ def _refuse_known(name: str, known: Any) -> None:
         )
 
 
-def _attrs(name: str) -> dict[str, Any]:
+def _attrs(name: str, units: Units) -> dict[str, Any]:
     """Attributes of a coordinate."""
     kind = STATE_NAMES.get(name[0]) if name[1:].isdigit() else None
     text = f"{kind} {name[1:]} at the start" if kind else name.replace("_", " ")
-    return {"long_name": text} | ({"units": "rad"} if name == "phase" else {})
+    known = {"units": "rad"} if name == "phase" else units.attrs(units.quantity_of(name))
+    return {"long_name": text} | known
 
 
 def _attrs_of(plan: Plan, specification: SweepSpec) -> dict[str, Any]:

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import (
@@ -18,6 +17,7 @@ from vibroimpact._core.checks import (
     check_count,
     check_progress,
     memory_here,
+    names_arguments,
     nonnegative,
     path_of,
     positive,
@@ -25,6 +25,7 @@ from vibroimpact._core.checks import (
     shown,
 )
 from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Arrays
 from vibroimpact.compile.pace import paced_parts, paces_of
@@ -60,6 +61,7 @@ LONGEST_PERIODS = 1e100  # times stay finite up to so many forcing periods
 EXAMINED_STARTS = 4096.0  # the default of most_impacts is found from so many starts
 
 
+@names_arguments()
 @interruptible("nothing new was computed")
 def sweep(
     system: System,
@@ -118,7 +120,7 @@ def sweep(
         Number of members computed, and stored, together. By default about a second's work. The
         results do not depend on it.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every tile of members.
 
     Returns

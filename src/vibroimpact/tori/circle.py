@@ -97,7 +97,7 @@ class Circle(Result):
     parameter: str
     value: float
     points: Floats = field(metadata=along("phi", "coordinate"), repr=False)
-    times: Floats = field(metadata=along("phi", "flight"), repr=False)
+    times: Floats = field(metadata=along("phi", "flight", quantity="time"), repr=False)
     rotation_number: float
     residual: float
     status: str

@@ -78,7 +78,7 @@ def continue_circle(
     steps: Steps | None = None,
     both: bool = True,
     most_nodes: int = MOST_NODES,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> CircleBranch:
     """Follow an invariant circle in a parameter, with its bifurcations and where it grazes.
 
@@ -99,7 +99,7 @@ def continue_circle(
     most_nodes
         As of :func:`find_circle`.
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every circle.
 
     Returns

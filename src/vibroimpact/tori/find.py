@@ -12,6 +12,7 @@ from vibroimpact._core.checks import (
     check_count,
     check_flag,
     check_memory,
+    names_arguments,
     numbers,
     positive,
     real,
@@ -69,6 +70,7 @@ class CircleGuess(NamedTuple):
         return id(self)
 
 
+@names_arguments()
 def find_circle(
     system: System | ExplicitMap,
     start: State | Section | BifurcationPoint | Circle | CircleGuess | Sequence[float],

@@ -25,7 +25,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import LinAlgError, lu_factor, lu_solve
 
 from vibroimpact._core.types import Floats
 from vibroimpact.tori.fourier import (
@@ -205,6 +204,8 @@ def _error(images: Images, trial: Trial, sizes: Floats) -> float:
 def _newton_step(
     images: Images, trial: Trial, guess: Trial, sizes: Floats, along: Direction | None
 ) -> Direction | None:
+    from scipy.linalg import LinAlgError, lu_factor, lu_solve
+
     n, d = trial.points.shape
     unit = along.unit if along else 1.0
     matrix = matrix_of(images, trial, guess, sizes, unit)

@@ -21,7 +21,16 @@ from functools import cached_property
 
 import numpy as np
 
-from vibroimpact._core.checks import check_count, check_kind, positive, real, refusal, share, shown
+from vibroimpact._core.checks import (
+    check_count,
+    check_kind,
+    names_arguments,
+    positive,
+    real,
+    refusal,
+    share,
+    shown,
+)
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Codes, Floats
@@ -207,6 +216,7 @@ class FreeDecay(Result):
         )  # fmt: skip
 
 
+@names_arguments()
 def free_decay(
     system: System,
     start: State | Mapping[str, float],

@@ -131,7 +131,7 @@ def response_spectrum(
     clearance: float = math.inf,
     lower_clearance: float | None = None,
     restitution: float = 0.8,
-    progress: ProgressOption = False,
+    progress: ProgressOption = True,
 ) -> ResponseSpectrum:
     """Compute the largest response to a record over the natural frequency of an oscillator.
 
@@ -155,7 +155,7 @@ def response_spectrum(
     restitution
         Restitution of the stops, in [0, 1].
     progress
-        True shows it on standard error; a function is called with a :class:`~vibroimpact.ProgressReport` after
+        True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every oscillator that is simulated, with stops.
 
     Returns

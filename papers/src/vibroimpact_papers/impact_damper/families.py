@@ -91,7 +91,7 @@ def family_of(
     start = min(smooth, key=lambda c: c.nodes)
     shown = [*frequencies(chosen), *plan.sweeps[chosen.name].grid()]
     branch = continue_circle(
-        start, "omega", (min(shown), max(shown)), most_nodes=plan.family_nodes,
+        start, "omega", (min(shown), max(shown)), most_nodes=plan.family_nodes, progress=False,
         steps=replace(
             STEPS, first=plan.family_step, least=plan.family_step / 10.0,
             largest=4.0 * plan.family_step, points=plan.family_points,
@@ -133,7 +133,7 @@ def circle_fold(chosen: ParameterSet, critical: float, side: int) -> Bifurcation
     reach = critical * BORN
     low, high = critical - 80.0 * reach, critical + 80.0 * reach
     orbit = orbit_at(chosen, high, chosen.parameters.half_clearance)
-    points = [p for p in continue_orbit(orbit, "omega", (low, high)).special_points
+    points = [p for p in continue_orbit(orbit, "omega", (low, high), progress=False).special_points
               if p.kind == "NS"]  # fmt: skip
     if not points:
         return None
@@ -141,7 +141,7 @@ def circle_fold(chosen: ParameterSet, critical: float, side: int) -> Bifurcation
     if not circle.converged:
         return None
     bounds = critical - 8.0 * reach, critical + 8.0 * reach
-    family = continue_circle(circle, "omega", bounds, most_nodes=101,
+    family = continue_circle(circle, "omega", bounds, most_nodes=101, progress=False,
                              steps=replace(STEPS, first=0.05, largest=0.15, points=14))  # fmt: skip
     return next((e for e in family.special_points if e.kind == "SN"), None)
 

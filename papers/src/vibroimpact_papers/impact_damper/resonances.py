@@ -168,7 +168,7 @@ def _tongues(
     done: set[BifurcationPoint] = set()
     for point in _weak(curves):
         if point.resonance in wanted and point not in done:
-            found = tongue(point, steps=SIDES)
+            found = tongue(point, steps=SIDES, progress=False)
             if isinstance(found, Tongue):
                 done.update(other_tips(found, curves, bounds))
                 yield found
@@ -204,17 +204,19 @@ def _curves(chosen: ParameterSet, bounds: tuple[Bounds, Bounds]) -> list[Bifurca
     """
     own = chosen.parameters.half_clearance
     known = min(max(frequencies(chosen)), bounds[0][1])  # the orbit exists at the paper's sections
-    branch = continue_orbit(orbit_at(chosen, known, own), "omega", bounds[0])
+    branch = continue_orbit(orbit_at(chosen, known, own), "omega", bounds[0], progress=False)
     found: list[BifurcationCurve] = []
     for point in branch.special_points:
         if point.kind not in FOLLOWED:
             continue
         passed = (w for c in found if c.kind == point.kind for w in _crossings(c, own))
         if not any(abs(w / point.parameter - 1.0) < SAME for w in passed):
-            found.append(continue_bifurcation(point, AXES, bounds, steps=CURVES))
+            found.append(continue_bifurcation(point, AXES, bounds, steps=CURVES, progress=False))
     meetings = [p for c in found if c.kind == "NS" for p in c.special_points if p.kind == "LPNS"]
     if meetings and not any(c.kind == "SN" for c in found):
-        found.append(continue_bifurcation(meetings[0], AXES, bounds, kind="SN", steps=CURVES))
+        found.append(
+            continue_bifurcation(meetings[0], AXES, bounds, kind="SN", steps=CURVES, progress=False)
+        )
     return found
 
 

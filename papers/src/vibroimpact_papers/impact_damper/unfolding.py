@@ -93,7 +93,7 @@ def unfolded(chosen: ParameterSet, point: BifurcationPoint) -> Unfolded:
     if form.kind == "R4" and form.switchable:
         w, h = (BEYOND_WINDOW * half for half in reach(start, made))
         bounds = (start[0] - w, start[0] + w), (start[1] - h, start[1] + h)
-        switched = switch_curve(point, bounds, steps=FOLDS)
+        switched = switch_curve(point, bounds, steps=FOLDS, progress=False)
         if isinstance(switched, tuple):
             born = tuple(c.values for c in switched if isinstance(c, BifurcationCurve))
     if isinstance(flow, TwoFlow):

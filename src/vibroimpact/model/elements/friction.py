@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import Any, ClassVar
 
 from vibroimpact._core.checks import (
@@ -15,6 +14,7 @@ from vibroimpact._core.checks import (
     refusal,
     vector,
 )
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import ROUNDING_PER_TERM
 from vibroimpact.model.elements.element import Element, Grip, Look, nonzero_row
@@ -26,7 +26,7 @@ CONSTANT = (
 BELT = "A belt whose speed varies has motion: a Harmonic of its displacement, or several."
 
 
-class FrictionState(IntEnum):
+class FrictionState(NamedCode):
     """States of a friction joint."""
 
     FORWARD = 0  #: slips with positive slip speed

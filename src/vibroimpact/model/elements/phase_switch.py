@@ -6,10 +6,10 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import ClassVar
 
 from vibroimpact._core.checks import names_arguments, positive, refusal, vector
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.elements.element import Element, Look
 from vibroimpact.model.harmonic import Harmonic
@@ -18,7 +18,7 @@ HALF_TURN_RELATIVE = 2.0**-50  # arcs that are so near to pi, relative to it, ar
 MOST_ARCS = 5
 
 
-class PhaseSwitchState(IntEnum):
+class PhaseSwitchState(NamedCode):
     """States of a phase switch: its arcs of phase; one longer than a half turn counts as two."""
 
     ARC_0 = 0
@@ -54,7 +54,9 @@ class PhaseSwitch(Element):
     kind: ClassVar[str] = "phase_switch"
     State = PhaseSwitchState
     looks: ClassVar[Mapping[int, Look]] = {
-        state: Look(f"arc {state}", "black", 0.2 * state) for state in PhaseSwitchState if state
+        state: Look(f"arc {state.value}", "black", 0.2 * state)
+        for state in PhaseSwitchState
+        if state
     }
     by_time = True
     row = ()

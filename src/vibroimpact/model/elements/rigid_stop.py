@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import ClassVar
 
 from vibroimpact._core.checks import (
@@ -14,6 +13,7 @@ from vibroimpact._core.checks import (
     names_arguments,
     nonnegative,
 )
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.elements.element import (
@@ -33,7 +33,7 @@ FRICTIONLESS = "Friction is an element of its own: Friction(row, kinetic, static
 RIGID = "A rigid stop has a coefficient of restitution. A spring or dashpot is a SoftStop."
 
 
-class RigidStopState(IntEnum):
+class RigidStopState(NamedCode):
     """States of a rigid stop."""
 
     OPEN = 0

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import ClassVar, Literal, get_args
 
 from vibroimpact._core.checks import (
@@ -15,6 +14,7 @@ from vibroimpact._core.checks import (
     positive,
     refusal,
 )
+from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.elements.element import (
@@ -32,7 +32,7 @@ StopLaw = Literal["linear", "unilateral", "limited"]
 LINEAR = "A stop that stiffens is a sum of soft stops with other gaps."
 
 
-class SoftStopState(IntEnum):
+class SoftStopState(NamedCode):
     """States of a soft stop."""
 
     OPEN = 0

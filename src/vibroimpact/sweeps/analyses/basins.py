@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_count, check_kind, share
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.attractors.matching import MEMBER_DISTANCE
 from vibroimpact.model.state import STATE, State

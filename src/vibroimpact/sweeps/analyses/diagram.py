@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, check_kind
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System

@@ -22,9 +22,9 @@ from string import ascii_lowercase
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats, Integers, Rows
 from vibroimpact.attractors.classify import Attractor, classify
 from vibroimpact.attractors.matching import (

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Flags, Floats, Integers, Rows
 from vibroimpact.attractors.classify import rest_on_stops
 from vibroimpact.attractors.matching import observed_section, scale_of, strobe_symbols
@@ -23,7 +23,7 @@ from vibroimpact.sweeps.starts import States
 Numbers = NDArray[Any]
 
 # Continues members, so many times as long; True: observed all the time.
-ExtendRun = Callable[[States, int, bool], xr.Dataset]
+ExtendRun = Callable[[States, int, bool], "xr.Dataset"]
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Integers
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.model.stop import Stop, StopName

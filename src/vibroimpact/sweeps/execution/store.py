@@ -24,7 +24,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import xarray as xr
 
 from vibroimpact._core.checks import shortened
 from vibroimpact._core.errors import (
@@ -34,6 +33,7 @@ from vibroimpact._core.errors import (
     warn,
 )
 from vibroimpact._core.files import draft_folder
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.texts import json_of
 from vibroimpact._core.types import Arrays
 from vibroimpact.sweeps.execution.tiles import Tile, tiles_of
