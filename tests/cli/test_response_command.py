@@ -242,7 +242,7 @@ def test_a_response_writes_the_same_report_without_a_command(
     ("argv", "message"),
     [
         (["impact-damper/A", "--band", "omega=1.2:1.1"], "omega=1.2:1.1: must be NAME=LOW:HIGH"),
-        (["impact-damper/A", "--band", "omega=0:1"], "band: omega = 0.0: must be > 0"),
+        (["impact-damper/A", "--band", "omega=0:1"], "bounds: omega = 0.0: must be > 0"),
         (["impact-damper/A", "--band", "omega=1:2", "--band", "zeta=0:1"], "give --band"),
         (["impact-damper/A", "--band", "gap=1:2"], "band = 'gap': must be one of mass_ratio"),
         (["impact-damper/A", "--band", "omega=1:2", "--measure", "x9"], "row = 'x9': must be"),

@@ -14,7 +14,7 @@ import pytest
 import vibroimpact as vi
 from vibroimpact import InvalidParameterError
 from vibroimpact.measures.motions import flights_of
-from vibroimpact.orbits.find import Guess, solve
+from vibroimpact.orbits.find import Guess, primitive, rotated, solve
 from vibroimpact.orbits.problem import Signature
 
 PUSH = 1.3  # amplitude of the force that lifts the ball from the floor, its weight being 1
@@ -134,6 +134,35 @@ def test_a_branch_passes_through_rest_and_chatter() -> None:
 def test_a_search_lists_the_resting_orbit_once() -> None:
     search = vi.find_orbits(ball(0.3), most_cycles=1, most_impacts=3, starts=4)
     assert [orbit.symbol for orbit in search.orbits] == ["1-0-inf"]
+
+
+def test_a_search_lists_one_orbit_for_all_parts_of_its_chatter() -> None:
+    ball_on_table = vi.machines.BouncingBall(amplitude=1.3, restitution=0.5)
+    search = vi.find_orbits(ball_on_table, most_cycles=1, most_impacts=8, starts=8)
+    chattering = [orbit.signature for orbit in search.orbits if orbit.symbol == "1-0-inf"]
+    assert len(chattering) == 1
+
+
+def test_the_signature_of_chatter_does_not_depend_on_the_first_event() -> None:
+    orbit = found(vi.machines.BouncingBall(amplitude=1.3, restitution=0.5).mechanism)
+    assert orbit.symbol == "1-0-inf"
+    for first in range(len(orbit.durations)):
+        again = primitive(rotated(orbit, first))
+        assert again.converged
+        assert again.signature == orbit.signature
+
+
+@pytest.mark.parametrize("stops", [None, "A"])
+def test_a_rest_in_the_transient_is_no_part_of_the_orbit(stops: str | None) -> None:
+    """From rest on the stop, at a phase at which the force presses."""
+    stop = vi.RigidStop((1.0,), upper=0.0, restitution=0.7)
+    m = vi.Mechanism(mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], elements=(stop,),
+                     forces=(vi.Harmonic(0.8, (0.0,), (1.0,)),))  # fmt: skip
+    run = vi.simulate(m, vi.State((0.0,), (0.0,)), impacts=500)
+    assert run.status[0] == vi.Status.STICK
+    assert (run.status[-400:] == vi.Status.IMPACT).all()
+    orbit = vi.find_orbit(m, run, stops=stops)
+    assert orbit.converged, orbit.status
 
 
 def test_rest_after_an_impact_that_leaves_the_stop_is_no_motion() -> None:

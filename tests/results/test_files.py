@@ -267,6 +267,8 @@ def test_a_sweep_comes_back_and_its_table_has_a_row_for_each_member(tmp_path: Pa
     start = vi.State((0.0, 0.0), (0.0, 1.0))
     found = vi.sweep(SET_A, over=over, start=start, settle_periods=5, periods=5, progress=False)
     xr.testing.assert_identical(again(found, tmp_path), found)
+    one = found.isel(omega=0, zeta=0).assign_coords(direction="up")  # a word without a dim
+    xr.testing.assert_identical(again(one, tmp_path), one)
     table = dataframe_of(found)
     assert len(table) == 6
     assert list(zip(table["omega"], table["zeta"], strict=True))[:2] == [(1.1, 0.04), (1.1, 0.05)]

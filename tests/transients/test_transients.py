@@ -287,7 +287,7 @@ def test_bad_tables_are_refused_with_file_line_and_value(
     (lambda: vi.free_decay(DAMPER, {"v3": 1.0}), "x1 to x2"),
     (lambda: vi.free_decay(DAMPER, {"v2": 1.0}, to=1.0), r"to = 1.0"),
     (lambda: vi.free_decay(DAMPER, {"x1": 0.0}), "away from rest"),
-    (lambda: vi.sine_sweep(DAMPER, "omega", (1.2, 0.8)), "band"),
+    (lambda: vi.sine_sweep(DAMPER, "omega", (1.2, 0.8)), "bounds"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), points=5, rate=1.0), "one of them"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), row="v1"), "coordinates"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), rate=1e-9), "at most 100000 steps"),

@@ -18,8 +18,8 @@
 //             of 2 u' / (-u'' (1 - r)) and a plastic impact end the sum ((1) of rest.hpp).
 //             R = double: B is constant, its exponential is computed once. R = T: B carries the
 //             derivatives with respect to a parameter.
-// Assumes     one event at a time; flights within chatter of less than two steps; y = (x_i, v_i / rate) in pairs, then the forcing pairs (sin, cos), in
-//             every mode
+// Assumes     one event at a time; flights within chatter of less than two steps; y = (x_i, v_i / rate)
+//             in pairs, then the forcing pairs (sin, cos), in every mode
 // Accuracy    that of dense_flow; times solve gap = 0 to the value they come with. What the sum leaves out
 //             is below 2^-53 of the first flight in it
 // Fails       (2) divides by the closing rate: infinite at grazing. NaN: what is no chatter, as the

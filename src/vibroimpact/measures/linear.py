@@ -87,7 +87,7 @@ class FreeMotion:
 
     @property
     def touching_factor(self) -> float:
-        """Factor on the force, or of the gaps to what they must be, at which a stop is touched.
+        """Factor by which the force must grow, or the gaps be divided, until a stop is touched.
 
         NaN for several forces or a constant one.
         """

@@ -155,8 +155,6 @@ def closing_loop(
     times = events.times[events.counted]
     if sequence is not None:
         found = _last_time(stops, sequence)
-        if found and np.isin(events.status[-MOST_GUESSED_IMPACTS:], tuple(WATCH_OF_STATUS)).any():
-            return UNSAID
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-MOST_GUESSED_IMPACTS - 1] if len(times) > MOST_GUESSED_IMPACTS else 0.0
@@ -167,9 +165,13 @@ def closing_loop(
     whole = cycles_of(run.system, times[last] - times[first]) if cycles is None else cycles
     omega = mechanism_of(run.system).omega
     period = 2.0 * math.pi * whole / omega if omega else 0.0
-    why = _without_signature(run, min(times[first], times[last] - period), times[last])
+    since = min(times[first], times[last] - period)
+    why = _without_signature(run, since, times[last])
     if why:
         return why
+    passed = events.status[(events.times > since) & (events.times <= times[last])]
+    if sequence is not None and np.isin(passed, tuple(WATCH_OF_STATUS)).any():
+        return UNSAID
     here = slice(events.counted[first], events.counted[last])
     flights = _flights(run, events, here)
     if isinstance(flights, str):
@@ -322,12 +324,29 @@ def _settled_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
 def _nearest_loop(
     run: Run, states: Floats, events: Events, cycles: int | None, nearly: float = GAP_OF_GUESS
 ) -> Found | None:
-    """The shortest good loop at the end of a run, by the states after its counted events."""
-    times = events.times[events.counted]
-    stops = [events.stops[k] for k in events.counted]
-    omega, last = mechanism_of(run.system).omega, _last_in_order(events)
+    """The shortest good loop at the end of a run, by the states after its counted events.
+
+    Where the motion rests on stops, at the last event after a release: the run may end within chatter.
+    """
+    plain = _loop_to(len(events.counted) - 1, run, states, events, cycles, nearly)
+    releases = np.flatnonzero(events.status == Status.RELEASE)
+    after = np.searchsorted(events.counted, releases)
+    in_order = int(max(after[after < len(events.counted)], default=0))
+    if plain and plain[2] and not (releases > events.counted[plain[0]]).any():
+        return plain
+    found = _loop_to(in_order, run, states, events, cycles, nearly)
+    return found if found and (found[2] or not plain) else plain
+
+
+def _loop_to(
+    last: int, run: Run, states: Floats, events: Events, cycles: int | None, nearly: float
+) -> Found | None:
+    """The shortest good loop that ends with this one of the counted events."""
     if last < 1:
         return None
+    times = events.times[events.counted]
+    stops = [events.stops[k] for k in events.counted]
+    omega = mechanism_of(run.system).omega
     rate = omega or 1.0 / float(times[last] - times[0])
     met = np.abs(run.velocity_before[events.first]).max(axis=0, initial=0.0)
     moved = np.vstack([np.abs(states[:, :-1]), np.append(np.zeros(len(met)), met)])
@@ -347,13 +366,6 @@ def _nearest_loop(
         if near and (best is None or distance < best[0]):
             best = distance, first
     return (best[1], last, False) if best else None
-
-
-def _last_in_order(events: Events) -> int:
-    """Number, among the counted events, of the last that follows a release from a stop; else of the last."""
-    releases = np.flatnonzero(events.status == Status.RELEASE)
-    after = np.searchsorted(events.counted, releases)
-    return int(max(after[after < len(events.counted)], default=len(events.counted) - 1))
 
 
 def _sizes(states: Floats, rate: float) -> Floats:

@@ -3,7 +3,8 @@
 Method      Newton's method (newton.py) on (1)-(3) of problem.py. The signature is given, or taken
             from a simulated motion (closing_segment.py).
 Fails       a status with a sentence: no convergence, a guess that leads to rest, a motion without a
-            loop or one that chatters or sticks in it, one that only loses energy.
+            loop, or with one in which a stop is rested on all the time, friction sticks all the time, or
+            several events coincide; one that only loses energy.
 Reference   theory.md, "Periodic orbits"
 """
 
@@ -22,6 +23,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
+    FORCE_WATCH,
     GAP_WATCH,
     check_prescribed,
     compile_prescribed,
@@ -310,18 +312,27 @@ def primitive(orbit: Orbit) -> Orbit:
 
 
 def _chatter_summed(orbit: Orbit) -> Orbit:
-    """Reduce the impacts of chatter to one segment, from where what is left is no longer than a step."""
-    signature, compiled = orbit.signature, orbit.problem.compiled(orbit.parameter_value)
-    if all(end.watch != CHATTER_WATCH for end in signature.ends):
+    """Reduce the impacts of chatter to one segment, from where what is left is no longer than a step.
+
+    It begins with the event after a release, so that no chatter goes on from its end to its beginning.
+    """
+    watches = [end.watch for end in orbit.signature.ends]
+    if CHATTER_WATCH not in watches:
         return orbit
+    if FORCE_WATCH in watches:
+        orbit = rotated(orbit, (watches.index(FORCE_WATCH) + 2) % len(watches))
+    signature, compiled = orbit.signature, orbit.problem.compiled(orbit.parameter_value)
     parts = compiled.explicit(orbit.states, orbit.durations, signature.ends)
     ends, durations = [*parts.ends], parts.durations.copy()
     kept = np.ones(len(ends), dtype=bool)
     for last in [k for k, end in enumerate(ends) if end.watch == CHATTER_WATCH]:
         impact, first = ends[last]._replace(watch=GAP_WATCH), last
-        while ends[first - 1] == impact == ends[first - 2]._replace(mode=impact.mode) and durations[
-            first - 1 : last + 1
-        ].sum() <= compiled.step(impact.mode):
+        longest = compiled.step(impact.mode)
+        while (
+            first > 0
+            and ends[first - 1] == impact == ends[first - 2]._replace(mode=impact.mode)
+            and durations[first - 1 : last + 1].sum() <= longest
+        ):
             first -= 1
         ends[first], durations[first] = ends[last], durations[first : last + 1].sum()
         kept[first + 1 : last + 1] = False

@@ -39,8 +39,8 @@ UNPRESCRIBED = (Status.SIMULTANEOUS, Status.NON_UNIQUE)  # what no signature des
 def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float) -> list[Loop]:
     """Parts of a run that close to ``coarse``, the most nearly closed first.
 
-    Left out are those that have no signature: a stop comes to rest or is left, the law leaves a state
-    open; with elements also those with several impacts at once, or friction that sticks all the time.
+    Left out are those that have no signature: several contacts impact at once, the law leaves a state open, rest on
+    a stop begins without an impact; and friction that sticks, or a stop that is rested on, all the time.
 
     Parameters
     ----------

@@ -229,9 +229,9 @@ class Orbit(Result):
 
     @property
     def zero_multipliers(self) -> int:
-        """Number of multipliers that are zero by construction: friction sticks, or a slider slips.
+        """Number of multipliers that are zero by construction: friction sticks, a slider slips, a stop is rested on.
 
-        Both forget where the motion came from.
+        All forget where the motion came from; a stop that is rested on gives two.
         """
         compiled = self.problem.compiled(self.parameter_value)
         return max(compiled.modes[mode].forgotten for mode in self.problem.modes)
@@ -242,8 +242,8 @@ class Orbit(Result):
 
         The product is that of R^2 over all impacts, times exp(-sum of t_k tr(M^-1 C)) over all
         flights, C that of their modes, times the ratio of the rates of the guard after and before
-        every change of state; with friction that sticks, or a slider that slips, it is zero. Large where
-        a multiplier is below the rounding of the others.
+        every change of state; with friction that sticks, a slider that slips, or a rest, it is zero. Large
+        where a multiplier is below the rounding of the others.
         """
         contacts, turns = self.mechanism.rigid_stops, 2.0 if self.symmetric else 1.0
         modes = self.problem.compiled(self.parameter_value).modes

@@ -2,8 +2,8 @@
 
 Method      From random starts, on every stop (starts.py), or between them where stops move or there
             are elements (starts_between.py), motions are simulated, transients included. Every part
-            of a motion that ends on the stop of its beginning, after at most ``impacts`` impacts and
-            ``cycles`` forcing cycles, with
+            of a motion that ends on the stop of its beginning, after at most ``most_impacts`` impacts and
+            ``most_cycles`` forcing cycles, with
                 |states at its ends apart| <= GUESS_GAP_OF_BOX of the box,   |cycles - whole| <= GUESS_GAP_OF_BOX   (1)
             is a guess: motions pass near unstable orbits, and chaos follows them. Guesses closer
             than SAME_GUESS_OF_BOX of the box to an earlier one, or to an orbit, with the same sequence are
@@ -14,7 +14,7 @@ Method      From random starts, on every stop (starts.py), or between them where
             if their sequences are, up to rotation, and their states agree within SAME_ORBIT_RELATIVE of the box;
             of a family of orbits with the same sequence one is listed. In a symmetric system the
             mirror image of an orbit is an orbit too (mirror_images.py).                    (2)
-            With elements the sequence has the changes of their states, and parts without impacts begin
+            With elements, or rest on stops, the sequence has the changes of states, and parts without impacts begin
             and end with one; orbits are solved as a whole, not as symmetric.
             Symmetric orbits that are known in closed form are guesses as well.
 Accuracy    of each orbit, that of find_orbit. The list need not be complete; the evidence is a list

@@ -66,7 +66,7 @@ def band_of(system: System, parameter: str, band: tuple[float, float], unit: Uni
         of a parameter that is not the forcing frequency.
     """
     parameter_value(system, parameter)
-    low, high = ends_of("band", band)
+    low, high = ends_of("bounds", band)
     check_kind("unit", unit, str, '"Hz" or ""')
     check_choice("unit", unit, [*BAND_FACTORS])
     if unit:
@@ -120,4 +120,4 @@ def _check_value(system: System, parameter: str, value: float) -> None:
     except InvalidParameterError as error:
         named = with_values(str(error), {parameter: value})
         text = str(error) if not isinstance(system, Mechanism) else named
-        raise InvalidParameterError(f"band: {text}") from error
+        raise InvalidParameterError(f"bounds: {text}") from error

@@ -111,7 +111,7 @@ def worst_of_comparison(response: Response, which: str) -> tuple[float, float]:
 
 
 def touching_factor(response: Response) -> float:
-    """Factor on the force, or of the gaps to what they must be, at which stops are touched in the band.
+    """Factor by which the force must grow, or the gaps be divided, until a stop is touched in the band.
 
     NaN where it is not known, or where the motion without impacts is not that of the whole band.
     """

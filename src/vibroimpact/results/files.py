@@ -246,8 +246,8 @@ def _check_plain(file: Any, name: str, size: int) -> None:
     if one.nbytes > size:
         raise ValueError(f"{shown(name)} is larger than the file")
     if h5py.check_string_dtype(one.dtype):
-        held = 0
-        for at in range(0, len(one), MOST_WORDS_AT_ONCE):
+        held = 0 if one.shape else len(one[()])
+        for at in range(0, one.shape[0] if one.shape else 0, MOST_WORDS_AT_ONCE):
             held += sum(map(len, one[at : at + MOST_WORDS_AT_ONCE].ravel()))
             if held > size:
                 raise ValueError(f"the words of {shown(name)} are longer than the file")
