@@ -41,9 +41,8 @@ from vibroimpact.orbits.orbit import Orbit
 TEST = "gap"  # name of the least gap as a test function
 FINEST_OF_DISTANCE = 1e-13  # a point is known so well, relative to the distance of two points
 NO_TIME_OF_PERIOD = 1e-9  # a flight that is shorter, relative to the period, has no duration
-LEAST_COSINE_SQUARED = (
-    0.25  # a curve that turns further between two points is followed along the chord
-)
+# a curve that turns further between two points is followed along the chord
+LEAST_COSINE_SQUARED = 0.25
 UNKNOWN = "the least gap is not known all the way between two points"
 # An extremum that is so near to an impact on the same stop, relative to the flight, belongs to it.
 EDGE_OF_FLIGHT = 1e-2

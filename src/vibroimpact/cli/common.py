@@ -337,6 +337,10 @@ def _take_letters(arguments: argparse.Namespace, machine: Any) -> None:
     for dest, letter in [key for key in units if key[1] in letters]:
         own, factor = letters[letter]
         given_here = getattr(arguments, dest)
+        if own in given_here:
+            raise InvalidParameterError(
+                f"{option(dest)}: {letter} and {own} are the same. Give one."
+            )
         values = {
             own if k == letter else k: _times(v, factor) if k == letter else v
             for k, v in given_here.items()

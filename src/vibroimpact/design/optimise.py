@@ -64,13 +64,11 @@ FINALIST_DISTANCE_OF_BOUNDS = 0.02  # these lie so far apart, relative to the bo
 # Verification takes so many times as many values and starts, and another seed.
 VERIFYING_REFINEMENT = 2
 VERIFIED_MACHINES = 8  # so many of the last machines are verified
-TOLERATED_EXCESS = (
-    0.05  # a verified value may be worse by so much than the one before, relative to it
-)
+# a verified value may be worse by so much than the one before, relative to it
+TOLERATED_EXCESS = 0.05
 FURTHER_ROUNDS = 2  # the search goes on so often at most where it is worse by more
-ROUND_SHARE = (
-    1 / VERIFYING_REFINEMENT**2
-)  # a round has this share of the machines of the one before
+# a round has this share of the machines of the one before
+ROUND_SHARE = 1 / VERIFYING_REFINEMENT**2
 BOUND_OF_BOUNDS = 1e-3  # a parameter that is so near to a bound, relative to both, is at the bound
 FIRST_SIMPLEX_OF_BOUNDS = 0.05  # the first simplex has this size, relative to the bounds
 LAST_SIMPLEX_OF_BOUNDS = 1e-4  # the method ends at a simplex of this size, relative to the bounds

@@ -72,9 +72,8 @@ def variables_of(system: System, bounds: Any) -> Variables:
 class Search:
     """Machines tried so far, best first on request."""
 
-    judges: list[
-        Judge
-    ]  # what is judged: of the search, and with more and more members for the last machines
+    # what is judged: of the search, and with more and more members for the last machines
+    judges: list[Judge]
     variables: Variables  # what varies
     constraints: tuple[Constraint, ...] = ()  # functions of the parameters that must be >= 0
     store: str | os.PathLike[str] | None = None  # file in which the record is kept, or None

@@ -28,9 +28,8 @@ SIMULATED, SEEN = style.VERMILION, style.SILVER
 STRETCH_SHARES = (0.0, 0.25, 0.5, 0.75)  # values are taken at these shares of a stretch
 # Values of motions that do not settle are cut off above so many times those of what settles.
 TOP_FACTOR = 1.15
-UNSETTLED_FACTOR = (
-    3.0  # the motion without impacts is drawn up to so many times the largest that settles
-)
+# the motion without impacts is drawn up to so many times the largest that settles
+UNSETTLED_FACTOR = 3.0
 MARGIN_OF_BAND = 0.015  # the axes are wider than the band by so much at each end
 SHOWN_DECIBELS = 60.0  # values that are farther below the largest are cut off
 

@@ -20,9 +20,8 @@ Unit = Literal["", "Hz"]
 # By unit of the band: the factor from the unit of the parameter.
 HERTZ = 1.0 / (2.0 * math.pi)
 BAND_FACTORS = {"": 1.0, "Hz": HERTZ}
-NEAR_BAND_FACTOR = (
-    0.5  # a frequency is near a band from so many times its low end to its high end over that
-)
+# a frequency is near a band from so many times its low end to its high end over that
+NEAR_BAND_FACTOR = 0.5
 # All frequencies are so nearly proportional to a parameter that scales them.
 PROPORTIONAL_RELATIVE = 1e-9
 

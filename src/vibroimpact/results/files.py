@@ -48,9 +48,8 @@ MAGIC = b"\x89HDF\r\n\x1a\n"  # HDF5 files begin with it
 NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 SEAL = b"\nvibroimpact sha256 "  # at the end of a file, before the digest of all before
 DIGEST_CHARACTERS = 64
-MOST_WORDS_AT_ONCE = (
-    64  # words of an array are read so many at a time, until they are more than the file holds
-)
+# words of an array are read so many at a time, until they are more than the file holds
+MOST_WORDS_AT_ONCE = 64
 ADVICE = "Give what vibroimpact.save wrote."
 DAMAGED = "Take a whole copy. vibroimpact.load(path, damaged=True) reads what is left; numbers may be wrong."
 

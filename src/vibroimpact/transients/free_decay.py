@@ -57,9 +57,8 @@ MOST_RADIANS = 2e5  # it takes so many radians of the fastest rate at most
 # A machine that does not decay is simulated over so many of its slowest vibration.
 UNDAMPED_CYCLES = 200
 MOST_SAMPLES = 10**7
-GROWS = (
-    1e-7  # of the fastest rate: a double zero, as of a free mass, is known to the root of rounding
-)
+# of the fastest rate: a double zero, as of a free mass, is known to the root of rounding
+GROWS = 1e-7
 
 
 @dataclass(frozen=True, eq=False)
