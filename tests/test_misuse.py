@@ -458,6 +458,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "save, a result": (vi.save, {"result": branch, "path": folder / "again.nc"}),
         "load": (vi.load, {"path": file, "system": None}),
         "load_machine": (vi.load_machine, {"path": file}),
+        "Result.to_csv": (branch.to_csv, {"path": folder / "branch.csv"}),
         "load_start": (vi.load_start, {"path": file}),
         "sweep": (
             vi.sweep,
@@ -572,7 +573,9 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         for kind in OBSERVERS.values() if fields(cast(Any, kind))
     }  # fmt: skip
     calls |= (
-        _response_calls(damper, folder) | _design_calls(damper) | _transient_calls(damper, folder)
+        _response_calls(damper, folder)
+        | _design_calls(damper, folder)
+        | _transient_calls(damper, folder)
     )
     ours = {
         "a contact": contact,
@@ -611,6 +614,7 @@ def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
                    "progress": False},
         ),
         "Response.at": (response.at, {"value": 1.15}),
+        "Response.largest": (response.largest, {"neutral": False}),
         "Response.plot": (response.plot, {"decibel": False, "compare": (), "marks": True, "ax": None}),
         "Response.report": (response.report, {"path": folder / "report.html", "decibel": False}),
         "measure_of": (vi.measure_of, {"system": damper, "measure": "x1"}),
@@ -628,7 +632,7 @@ def _response_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
     }  # fmt: skip
 
 
-def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
+def _design_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
     """The same of designs."""
     few: dict[str, Any] = {"points": 2, "starts": 1, "settle_periods": 2, "periods": 2}
     judged = {"parameter": "omega", "bounds": (1.1, 1.2), "measure": "x1", "seed": 0, "unit": "",
@@ -648,6 +652,7 @@ def _design_calls(damper: vi.ImpactDamper) -> dict[str, Call]:
         "Objective": (vi.Objective, judged),
         "optimise": (vi.optimise, asked | {"objective": both[0], "store": None}),
         "Design.plot": (best.plot, {"what": "response", "ax": None}),
+        "Design.report": (best.report, {"path": folder / "design.html"}),
         "design_map": (
             vi.design_map,
             {"system": damper, "over": over, "objective": both[0], "workers": 1, "progress": False},
@@ -769,7 +774,8 @@ NAMES = [
     "switch_branch", "branch_diagram", "Branch.orbit", "continue_bifurcation", "continue_level",
     "switch_curve", "bifurcation_atlas", "tongue", "Tongue.plot", "map_bifurcation",
     "BifurcationCurve.orbit", "BifurcationCurve.__getitem__", "BifurcationCurve.plot",
-    "save, a result", "load", "plot_curves", "Branch.__getitem__", "Branch.plot", "Diagram.plot",
+    "save, a result", "load", "load_machine", "load_start", "Result.to_csv",
+    "plot_curves", "Branch.__getitem__", "Branch.plot", "Diagram.plot",
     "Diagram.origin", "sweep", "sweep, axis", "rerun_sweep", "plane",
     "multistability", "basins", "attractor_state", "bifurcation_sweep", "plot_along",
     "plot_basins", "plot_bifurcation_diagram", "plot_branch_multipliers", "plot_branches",
@@ -778,10 +784,10 @@ NAMES = [
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
     "plot_tongue", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
-    "Objective", "optimise", "Design.plot", "design_map",
+    "Objective", "optimise", "Design.plot", "Design.report", "design_map",
     "DesignMap.plot", "pareto_front", "ParetoFront.machine",
     "ParetoFront.plot", "plot_design", "plot_design_map", "plot_pareto_front",
-    "frequency_response", "Response.at", "Response.plot", "Response.report",
+    "frequency_response", "Response.at", "Response.largest", "Response.plot", "Response.report",
     "measure_of",
     "measures.Amplitude", "measures.Peak", "measures.Rms", "measures.Harmonic",
     "measures.Transmissibility", "measures.DissipatedPower", "measures.ContactForce",
@@ -840,7 +846,7 @@ def test_nonsense_is_answered_by_an_error_of_the_package(
 # ---- flags and names of files --------------------------------------------------------------------
 
 SWEEPING = {  # they pass options on to a sweep
-    "plane", "multistability", "basins", "bifurcation_sweep", "rerun_sweep", "sine_sweep",
+    "plane", "multistability", "basins", "bifurcation_sweep", "rerun_sweep",
 }  # fmt: skip
 NOT_GIVEN = RESULTS | ENUMS_AND_ERRORS  # classes that nobody calls
 NO_FLAGS = {
@@ -866,13 +872,14 @@ def parameters_with(words: tuple[str, ...]) -> set[tuple[str, str]]:
     callables |= {
         f"{name}.{method}": one
         for name, kind in classes.items() if name not in ENUMS_AND_ERRORS
-        for method, one in inspect.getmembers(kind, callable) if not method.startswith("_")
+        for method, one in inspect.getmembers(kind, callable)
+        if not method.startswith("_") and method in vars(kind)
     }  # fmt: skip
     return {
         (name, parameter.name)
         for name, one in callables.items() if name not in NOT_GIVEN
         for parameter in inspect.signature(one).parameters.values()
-        if any(word in str(parameter.annotation) for word in words)
+        if any(word in str(parameter.annotation).partition("Callable")[0] for word in words)
     }  # fmt: skip
 
 

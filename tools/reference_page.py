@@ -45,7 +45,7 @@ GROUPS = {
     "Branches": [
         *("continue_orbit", "switch_branch", "branch_diagram", "Branch", "BifurcationPoint"),
         *("NotFound", "Diagram", "Steps", "stop.inadmissible", "stop.unstable"),
-        *("save", "load", "Result", "ProgressReport"),
+        *("save", "load", "load_machine", "load_start", "Result", "ProgressReport"),
     ],
     "Curves in two parameters": [
         *("continue_bifurcation", "continue_level", "BifurcationCurve"),

@@ -58,8 +58,9 @@ def test_a_search_that_stops_at_its_greatest_number_says_so() -> None:
 
 
 def test_an_interrupted_search_keeps_its_curves() -> None:
-    def stop(_: vi.ProgressReport) -> None:
-        raise KeyboardInterrupt
+    def stop(report: vi.ProgressReport) -> None:
+        if report.stage == "atlas" and report.done:
+            raise KeyboardInterrupt
 
     orbit = vi.symmetric_orbits(DAMPER)[0]
     part = vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), depth=0, progress=stop)

@@ -146,7 +146,7 @@ def test_resonant_radius_is_where_the_removed_power_equals_z(m: int) -> None:
         re, im = re - x[0] * (x[0] ** 2 + x[1] ** 2), im - x[1] * (x[0] ** 2 + x[1] ** 2)
         return [nu.real * re - nu.imag * im, nu.real * im + nu.imag * re]
 
-    form = found("NS", nf.ExplicitMap(function, dimension=2).forms([0, 0], 0.0), parameter=False)
+    form = found("NS", nf.ExplicitMap(function, dimension=2).forms([0, 0], 0.0), unfolded=False)
     # removed by z -> z + 3 nu conj(z)^m / (nu - conj(nu)^m), and z = sqrt(2) of the normal form's
     expected = (abs(nu ** (m + 1) - 1.0) / 3.0) ** (1.0 / (m - 1)) / math.sqrt(2.0)
     assert form.resonant_radius == pytest.approx(expected, rel=1e-12)

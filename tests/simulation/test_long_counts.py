@@ -42,7 +42,7 @@ CALLS = [
     "vi.lyapunov_spectrum(damper, state, impacts=10**7)",
     "vi.lyapunov_spectrum(damper, state, settle_impacts=10**11)",
     "vi.map_derivative(damper, state, impacts=10**9)",
-    "vi.find_orbits(damper, most_cycles=1, most_impacts=2, starts=10**9)",
+    "vi.find_orbits(damper, most_cycles=1, most_impacts=2, starts=10**9, progress=False)",
     "vi.find_circle(vi.ExplicitMap(turn, dimension=2), (1.0, 0.0), p=0.9, settle_iterates=10**11)",
 ]
 SCRIPT = """

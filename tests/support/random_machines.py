@@ -26,7 +26,7 @@ FORCE, IMPULSE, RATE, PURE = (1, 1, -2), (1, 1, -1), (0, 0, -1), (0, 0, 0)
 DIMENSIONS: dict[str, dict[str, Exponents | None]] = {  # of a Harmonic: those of its amplitudes
     "Mechanism": {
         "mass": (1, 0, 0), "damping": DASH, "stiffness": STIFF, "forces": FORCE,
-        "constant_force": FORCE, "elements": None, "impact_law": None,
+        "constant_force": FORCE, "elements": None, "impact_law": None, "si": None,
     },
     "RigidStop": {
         "row": PURE, "lower": LENGTH, "upper": LENGTH, "restitution": PURE, "motion": LENGTH,

@@ -12,6 +12,7 @@ from support.systems import paper_damper
 
 import vibroimpact as vi
 from vibroimpact.attractors.rotation import weights
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.tori.continue_circle import STEPS
 from vibroimpact.tori.fourier import at_phases, derivative, shifted, tail
 from vibroimpact.tori.maps import SignatureMap
@@ -91,7 +92,7 @@ def test_a_guess_at_equal_phases_is_enough_for_a_repelling_circle() -> None:
     circle = vi.find_circle(PLANTED, vi.CircleGuess(ring, RHO + 0.003), p=1.7)
     assert circle.converged, circle.status
     assert abs(circle.rotation_number - RHO) < 1e-12
-    assert not circle.attracting
+    assert circle.stability is Stability.UNSTABLE
     assert abs(circle.normal_exponents[0] - math.log(1.7) - MEAN_LOG) < 1e-11
 
 
@@ -346,7 +347,7 @@ def test_a_circle_is_found_from_the_normal_form_on_either_side() -> None:
     assert abs(folded(upper.full_rotation_number) - counted) < 1e-9
     lower = vi.find_circle(paper_damper("B", 0.951), branch["NS1"])
     assert lower.residual < 1e-10
-    assert not lower.attracting
+    assert lower.stability is Stability.UNSTABLE
     assert lower.admissible
     none = vi.find_circle(paper_damper("B", 1.02), branch["NS2"])
     assert not none.converged

@@ -171,7 +171,7 @@ struct prescribed {
         }
         const double length = plain(t);
         return settled == 3 && length > 0.0 && length <= 2.0 * field.step ? t
-                                                                          : T(__builtin_nan(""));
+                                                                          : T(not_a_number());
     }
 
     // Chatter from y, just after an impact: y becomes the state at rest; returns its duration.
@@ -204,7 +204,7 @@ struct prescribed {
             strike(rebound_of(closing, s.restitution).change);
             elapsed = elapsed + t;
         }
-        return T(__builtin_nan(""));
+        return T(not_a_number());
     }
     // The same as a segment of length t, whose gap is t less the duration.
     template <class T>

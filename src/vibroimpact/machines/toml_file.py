@@ -12,7 +12,7 @@ from vibroimpact._core.checks import names_arguments, path_of, shown, unknown_ke
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.texts import read_toml
 from vibroimpact.machines.machine import Machine, parameters_of
-from vibroimpact.machines.quantities import checked, number_in
+from vibroimpact.machines.quantities import Measured, checked, number_in
 from vibroimpact.machines.registry import MACHINES, SHORT_TABLES, machine_of
 from vibroimpact.machines.units import quantities_of
 from vibroimpact.model.elements.table import KINDS
@@ -52,7 +52,7 @@ class HybridCase:
     start: HybridStart | None = None
 
 
-def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
+def read_case(path: str | os.PathLike[str], argument: str = "config") -> Case | HybridCase:
     """Read a system, and perhaps a start, from a TOML file.
 
     Parameters
@@ -71,13 +71,15 @@ def read_case(path: str | os.PathLike[str]) -> Case | HybridCase:
         A table ``[hybrid]`` has the parameters of :class:`~vibroimpact.HybridSystem`, as
         ``[hybrid.modes.NAME]``, ``[hybrid.guards.NAME]`` and ``[[hybrid.transitions]]``; its
         ``[start]`` has ``mode``, ``state`` and ``phase``.
+    argument
+        What messages call the file.
 
     Raises
     ------
     InvalidParameterError
         No such file, no TOML, an unknown or missing table or name, a value out of range.
     """
-    tables = read_toml("config", path_of("config", path))
+    tables = read_toml(argument, path_of(argument, path))
     systems = sorted(set(tables) & set(TABLES))
     unknown = sorted(set(tables) - set(TABLES) - {"start"})
     if len(systems) != 1 or unknown:
@@ -114,7 +116,7 @@ def load_machine(path: str | os.PathLike[str]) -> Machine | Mechanism | HybridSy
     InvalidParameterError
         No such file, no TOML, an unknown or missing table or name, a value out of range.
     """
-    return read_case(path).system
+    return read_case(path, "path").system
 
 
 def load_start(path: str | os.PathLike[str]) -> State | HybridStart | None:
@@ -135,7 +137,7 @@ def load_start(path: str | os.PathLike[str]) -> State | HybridStart | None:
     InvalidParameterError
         As of :func:`load_machine`.
     """
-    return read_case(path).start
+    return read_case(path, "path").start
 
 
 def machine_in(path: str | os.PathLike[str]) -> str | None:
@@ -183,7 +185,12 @@ def _measured(path: Any, where: str, table: Any, quantities: Mapping[str, str], 
         if not isinstance(value, str):
             return value
         try:
-            return checked(name, number_in(value), quantities[name], si=si)
+            found = number_in(value)
+            return (
+                checked(name, found, quantities[name], si=si)
+                if isinstance(found, Measured)
+                else value
+            )
         except InvalidParameterError as error:
             raise InvalidParameterError(f"config = {path}: {where}: {error}") from error
         except ValueError as error:

@@ -151,8 +151,9 @@ def parameter_value(system: System, name: str) -> float:
     if isinstance(system, Mechanism) and name not in [*known]:
         check_kind("parameter", name, str, "a name or a path")
         return _at_path(system, name)
+    check_kind("parameter", name, str, "the name of a parameter")
     letters = getattr(system, "letters", {})
-    if name in [*letters]:
+    if name in letters:
         own, factor = letters[name]
         raise InvalidParameterError(
             f"parameter = {name!r}: is {own}{'' if factor == 1.0 else f' = {factor:g} {name}'} here. Give {own}."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from vibroimpact._core.checks import vector
+from vibroimpact._core.checks import check_kind, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import units_of
@@ -35,6 +35,7 @@ def plot_phase_portrait(
     row
         "x1", "x2", a sum such as "x2 - x1", or coefficients of the coordinates, missing ones zero: ``(-1, 1)``.
     """
+    check_kind("run", run, (Run, Orbit), "a Run or an Orbit")
     full = _row(row, mechanism_of(run.system))
     if isinstance(run, Orbit):
         return plot_orbit(run, full.tolist(), ax=ax)

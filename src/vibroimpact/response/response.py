@@ -26,6 +26,7 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core.checks import (
     check_count,
+    check_flag,
     check_memory,
     names_arguments,
     nonnegative,
@@ -159,6 +160,7 @@ class Response(Result):
         InvalidParameterError
             There is no motion on which the machine settles.
         """
+        check_flag("neutral", neutral)
         found = self._largest(neutral=neutral) or self._largest(neutral=True)
         if found is None:
             raise InvalidParameterError(
@@ -476,7 +478,7 @@ def frequency_response(
     >>> response = vi.frequency_response(damper, "omega", (1.1, 1.2), points=5, starts=2,
     ...                                  progress=False)
     >>> [answer.motion for answer in response.at(1.15) if answer.stable]
-    ['1-0-0', '1-1-1']
+    ['1-1-1']
     """
     chosen = band_of(system, parameter, bounds, unit)
     first = with_parameter(system, parameter, chosen.low)
