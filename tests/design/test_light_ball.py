@@ -114,4 +114,4 @@ def test_the_search_ends_near_the_best_clearance_of_a_light_ball() -> None:
     found = vi.optimise(machine, bounds, over, budget=64, progress=False)
     # the symmetric orbit attracts some starts, so nothing is better; from others some per cent more are reached
     assert least.fun * (1.0 - 1e-9) <= found.value <= 1.06 * least.fun
-    assert found.parameters["half_clearance"] == pytest.approx(least.x, rel=0.03)
+    assert found.parameters["half_clearance"] == pytest.approx(least.x, rel=0.05)
