@@ -170,8 +170,7 @@ struct prescribed {
             if (abs(plain(change)) <= 0x1p-50 * abs(plain(t))) ++settled;
         }
         const double length = plain(t);
-        return settled == 3 && length > 0.0 && length <= 2.0 * field.step ? t
-                                                                          : T(not_a_number());
+        return settled == 3 && length > 0.0 && length <= 2.0 * field.step ? t : T(not_a_number());
     }
 
     // Chatter from y, just after an impact: y becomes the state at rest; returns its duration.
