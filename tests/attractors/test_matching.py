@@ -20,7 +20,8 @@ from vibroimpact.attractors.matching import (
     longest_gaps,
     scale_of,
 )
-from vibroimpact.sweeps.analyses.motion_codes import categories, flags, motions
+from vibroimpact.results.result import words_of_codes
+from vibroimpact.sweeps.analyses.motion_codes import categories, motions
 
 Floats = NDArray[np.float64]
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
@@ -221,7 +222,7 @@ def test_motions_are_coded_from_the_most_frequent_symbol_to_the_outcomes() -> No
     given = members([2, 1, 1, 0, 0, 0, 3], [2, 1, 1, 0, 0, 0, 3], [0, 0, 0, 0, 0, 2, 1],
                     [1.0, 1.0, 1.0, 0.9, 0.0, 0.5, 9.0])  # fmt: skip
     codes = motions(given)
-    words = [flags(codes)[int(code)] for code in codes]
+    words = [words_of_codes(codes)[int(code)] for code in codes]
     assert words == [
         *("2-2-2", "1-1-1", "1-1-1", "not_periodic", "no_impacts", "undecided", "most_impacts"),
     ]
@@ -245,7 +246,7 @@ def test_chaos_is_told_from_the_rest_by_the_growth_of_a_tangent() -> None:
     given["time"] = "start", np.full(4, 300.0)
     given["lyapunov"] = "start", np.array([0.19, 0.21, np.nan, 0.3])
     codes = motions(given.assign_attrs(settle_periods=250.0, periods=50.0))
-    words = [flags(codes)[int(code)] for code in codes]
+    words = [words_of_codes(codes)[int(code)] for code in codes]
     assert words == ["not_periodic", "chaotic", "not_periodic", "1-1-1"]
 
 

@@ -12,10 +12,10 @@ import vibroimpact as vi
 from vibroimpact.attractors.matching import proportional
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.plotting import plot_plane
+from vibroimpact.results.result import words_of_codes
 from vibroimpact.sweeps.analyses.motion_codes import (
     categories,
     column_of,
-    flags,
     motions,
     symbols_of,
 )
@@ -67,7 +67,7 @@ def test_sweeps_classify_and_find_orbit_give_a_motion_one_name(
     assert swept.p.values.tolist() == [p for p, _ in pairs]
     assert swept.q.values.tolist() == [q for _, q in pairs]
     codes = motions(swept)
-    assert flags(codes)[int(codes)].replace("_", " ") == name
+    assert words_of_codes(codes)[int(codes)].replace("_", " ") == name
     contact, stop = next((c, s) for c in (0, 1) for s in (0, 1) if pairs[c][s])
     attractor = vi.classify(mechanism, REST, at=vi.AtStop("AB"[stop], contact=contact))  # type: ignore[arg-type]
     assert attractor.symbol == name
@@ -123,7 +123,7 @@ def test_codes_of_many_contacts_are_in_the_order_of_their_symbols() -> None:
         "end": ("start", np.zeros(400, dtype=np.int8), meanings),
         **{name: ("start", np.ones(400)) for name in ("impacts_a", "impacts_b")},
     })  # fmt: skip
-    codes, words = motions(given), flags(motions(given))
+    codes, words = motions(given), words_of_codes(motions(given))
     expected = [symbol_word(int(n[i]), list(zip(p[i], q[i], strict=True))) for i in range(400)]
     assert [words[int(code)] for code in codes] == expected
     frequency = Counter(expected)

@@ -12,8 +12,8 @@ import xarray as xr
 
 import vibroimpact as vi
 from vibroimpact.plotting import plot_basins, plot_plane
+from vibroimpact.results.result import words_of_codes
 from vibroimpact.sweeps.analyses.label_attractors import label_attractors
-from vibroimpact.sweeps.analyses.motion_codes import flags
 from vibroimpact.sweeps.analyses.plane import with_motions
 from vibroimpact.sweeps.member_status import NOT_COMPUTED, MemberStatus
 
@@ -29,7 +29,7 @@ START = vi.State((0.0, 0.0), (0.0, 1.0))
 
 def word(codes: xr.DataArray) -> str:
     """The category of a single member."""
-    return flags(codes)[int(codes)].replace("_", " ")
+    return words_of_codes(codes)[int(codes)].replace("_", " ")
 
 
 @pytest.fixture(scope="module")
@@ -119,12 +119,12 @@ def test_what_a_store_does_not_hold_yet_is_not_computed(tmp_path: Path) -> None:
     (tmp_path / "plane.zarr" / "end" / "c" / "0" / "0").unlink()
     partial = xr.open_zarr(tmp_path / "plane.zarr", consolidated=False)
     here = with_motions(partial, ["motion"]).motion
-    words = np.vectorize(flags(here).get)(here.values)
+    words = np.vectorize(words_of_codes(here).get)(here.values)
     lost = partial.end.values == NOT_COMPUTED
     assert lost.any()
     assert not lost.all()
     np.testing.assert_array_equal(words == "not_computed", lost)
-    assert flags(partial.end)[NOT_COMPUTED] == "not_computed"
+    assert words_of_codes(partial.end)[NOT_COMPUTED] == "not_computed"
     legend = plot_plane(partial).get_legend()
     assert "not computed" in [text.get_text() for text in legend.get_texts()]
 
@@ -319,7 +319,7 @@ def test_starts_behind_a_stop_are_no_attractor() -> None:
         SET_A, over={"x1": [-6.0, 0.0, 6.0], "v1": [0.0, 1.0]}, start=START, progress=False
     )
     assert found.name.values.tolist() == ["1-1-1 a"]
-    assert flags(found.attractor)[int(found.attractor[0, 0])] == "initial_penetration"
+    assert words_of_codes(found.attractor)[int(found.attractor[0, 0])] == "initial_penetration"
     assert float(found.share.item()) == 1.0  # of the two that can start
 
 
@@ -440,7 +440,7 @@ def test_attractors_beyond_the_limit_are_not_matched() -> None:
         progress=False,
     )
     assert len(found.name) == 1
-    words = flags(found.attractor)
+    words = words_of_codes(found.attractor)
     assert words[-1] == "not_matched"
     assert (found.attractor.values == -1).any()
 

@@ -65,20 +65,23 @@ void fill_field(kernel<R>& k, const prescribed_data::mode& from, const expansion
     }
 }
 
+template <class R>
+void fill_kernel(kernel<R>& k, const prescribed_data& d, std::size_t mode, const expansion<R>& at) {
+    k.field.dimension_ = d.dimension;
+    k.degrees = d.degrees;
+    k.lines = static_cast<int>(d.ratios.size());
+    k.rate = d.rate;
+    std::copy(d.ratios.begin(), d.ratios.end(), k.ratio);
+    fill(&k.omega, d.omega, at);
+    fill_field(k, d.modes[mode], at);
+}
+
 // Every mode; matrices of jets are large: on the heap.
 template <class R>
 std::vector<kernel<R>> kernels_of(const prescribed_data& d, const expansion<R>& at) {
     std::vector<kernel<R>> out(d.modes.size());
-    for (std::size_t m = 0; m < out.size(); ++m) {
-        auto& k = out[m];
-        k.field.dimension_ = d.dimension;
-        k.degrees = d.degrees;
-        k.lines = static_cast<int>(d.ratios.size());
-        k.rate = d.rate;
-        std::copy(d.ratios.begin(), d.ratios.end(), k.ratio);
-        fill(&k.omega, d.omega, at);
-        fill_field(k, d.modes[m], at);
-    }
+    for (std::size_t m = 0; m < out.size(); ++m)
+        fill_kernel(out[m], d, m, at);
     return out;
 }
 
@@ -277,7 +280,9 @@ chatter_flights prescribed::chatter(const numbers& state, const numbers& directi
     p.d[0] = direction[size];
     const expansion<dual> moving{p};
     const auto& at = data_.stops[stop];
-    const auto k = kernels_of(data_, moving)[at.mode];
+    const auto own = std::make_unique<kernel<dual>>(); // of the one mode
+    kernel<dual>& k = *own;
+    fill_kernel(k, data_, static_cast<std::size_t>(at.mode), moving);
     auto z = state_at<dual>({state, {}, {}}, 0, size);
     for (int i = 0; i < size; ++i)
         z[i].d[0] = direction[i];

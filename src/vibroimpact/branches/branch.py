@@ -17,7 +17,7 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve
 from vibroimpact.machines.units import units_of
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.stability import Stability, flags
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.results.result import INSIDE, Result, along, rows
 
 
@@ -51,7 +51,7 @@ class Branch(Result):
     bounds: tuple[float, float]
     values: Floats = field(metadata=along("point"))
     multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
-    stability: Integers = field(metadata=along("point", **flags()), repr=False)
+    stability: Integers = field(metadata=along("point", codes=Stability), repr=False)
     clearance: Floats = field(metadata=along("point", quantity="length"), repr=False)
     impact_speed: Floats = field(metadata=along("point", quantity="velocity"), repr=False)
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))

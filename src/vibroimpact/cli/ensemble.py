@@ -20,7 +20,7 @@ from vibroimpact.cli.output import Done, rehearse_picture
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.model.state import State, names_of_state
-from vibroimpact.sweeps.analyses.motion_codes import flags
+from vibroimpact.results.result import words_of_codes
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import observer_of
 from vibroimpact.sweeps.observers.table import OBSERVERS
@@ -185,7 +185,7 @@ def report(
 
 def _ends(members: xr.Dataset) -> str:
     """A line that counts how the members ended."""
-    words = flags(members["end"])
+    words = words_of_codes(members["end"])
     values, counts = np.unique(members["end"].values, return_counts=True)
     total = int(counts.sum())
     listed = ", ".join(

@@ -16,8 +16,9 @@ from vibroimpact.cli.output import Done
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.machines.toml_file import Case
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.stability import flags, in_words
+from vibroimpact.orbits.stability import Stability, in_words
 from vibroimpact.orbits.symmetric_damper import symmetric_orbits
+from vibroimpact.results.result import meanings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -91,7 +92,11 @@ def _dataset(damper: ImpactDamper, orbits: Sequence[Orbit]) -> xr.Dataset:
     several, place = ("orbit", "multiplier"), ("orbit", "coordinate")
     return xr.Dataset(
         {
-            "stability": ("orbit", np.array([o.stability for o in orbits], dtype=np.int8), flags()),
+            "stability": (
+                "orbit",
+                np.array([o.stability for o in orbits], dtype=np.int8),
+                meanings(Stability),
+            ),
             "inadmissible_reason": ("orbit", [o.inadmissible_reason for o in orbits]),
             "position": (place, [o.state.position for o in orbits]),
             "velocity": (place, [o.state.velocity for o in orbits]),

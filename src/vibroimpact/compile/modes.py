@@ -80,9 +80,14 @@ def code_of(closed: Closed) -> int:
     return sum(stop.digit * 3**stop.contact for stop in closed)
 
 
+def digit_in_code(code: int, contact: int) -> int:
+    """Digit of a contact in the code of a mode: 0 where it is open."""
+    return int(code // 3**contact % 3)
+
+
 def closed_from_code(code: int, contacts: int) -> Closed:
     """Inverse of :func:`code_of`; states of elements, which count in 3^contacts, are left out."""
-    digits = [(i, code // 3**i % 3) for i in range(contacts)]
+    digits = [(i, digit_in_code(code, i)) for i in range(contacts)]
     return tuple(Stop(i, 1 if digit == 1 else -1) for i, digit in digits if digit)
 
 

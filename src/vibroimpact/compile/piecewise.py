@@ -302,7 +302,7 @@ class Piecewise:
     def _read(self, code: int) -> tuple[Closed, tuple[int, ...]]:
         """Closed stops and states of a mode."""
         contacts = len(self.rigid)
-        closed = closed_from_code(code % 3**contacts, contacts)
+        closed = closed_from_code(code, contacts)
         return closed, states_from_code(code, contacts, len(self.parts))
 
     def _resets(self) -> list[tuple[Matrix, Vector]]:

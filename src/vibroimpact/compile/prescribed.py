@@ -23,7 +23,7 @@ from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Vector
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact._core.windows import Windows
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
@@ -138,6 +138,7 @@ class Explicit(NamedTuple):
     # segment of each flight, and the time since its start
     segment: Integers
     since: Floats
+    chatters: Flags  # whether a flight is within chatter, of the contact at its end
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,15 +242,16 @@ class Prescribed:
             Direction of the states, the flight times and the parameter; none by default.
         """
         states_by, durations_by, p_by = by or (np.zeros_like(states), np.zeros_like(durations), 0.0)
-        count = len(durations)
-        if not any(end.watch == CHATTER_WATCH for end in ends):
-            numbers = np.arange(count)
+        chatters = np.array([end.watch == CHATTER_WATCH for end in ends])
+        numbers = np.arange(len(ends))
+        if not chatters.any():
+            since = np.zeros(len(ends))
             return Explicit(
-                states, durations, [*ends], states_by, durations_by, numbers, np.zeros(count)
+                states, durations, [*ends], states_by, durations_by, numbers, since, chatters
             )
         parts, named, lengths = [], [], []
         for k, end in enumerate(ends):
-            if end.watch == CHATTER_WATCH:
+            if chatters[k]:
                 direction = np.append(states_by[k], p_by)
                 part = self.kernel.chatter(_contiguous(states[k]), direction, self.ends[end])
             else:
@@ -264,8 +266,8 @@ class Prescribed:
             named += [end._replace(watch=GAP_WATCH)] * (lengths[-1] - 1) + [end]
         every, times, every_by, times_by = (np.concatenate(x) for x in zip(*parts, strict=True))
         since = np.concatenate([np.append(0.0, np.cumsum(part[1][:-1])) for part in parts])
-        segment = np.repeat(np.arange(count), lengths)
-        return Explicit(every, times, named, every_by, times_by, segment, since)
+        segment = np.repeat(numbers, lengths)
+        return Explicit(every, times, named, every_by, times_by, segment, since, chatters[segment])
 
     def guard(self, end: tuple[int, ...]) -> GuardRow:
         """The guard at whose limit a flight ends; of chatter, the gap."""
@@ -573,7 +575,7 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     pieces = Piecewise(m)
     ends, modes, flows = _Ends(pieces), {}, []
     contacts = len(m.rigid_stops)
-    resting = {stop for code in codes for stop in closed_from_code(code % 3**contacts, contacts)}
+    resting = {stop for code in codes for stop in closed_from_code(code, contacts)}
     for number, code in enumerate(codes):
         mode = pieces.prescribed_mode(code)
         flow = cast(Any, mode.coordinates.flow)

@@ -10,7 +10,7 @@ import numpy as np
 from vibroimpact._core.checks import refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, compile_prescribed
+from vibroimpact.compile.prescribed import GAP_WATCH, compile_prescribed
 from vibroimpact.measures.flights import Flights, Struck, rows_of
 from vibroimpact.measures.linear import FreeMotion
 from vibroimpact.model.parameters import parameter_value
@@ -50,13 +50,14 @@ def _of_orbit(orbit: Orbit, parameter: str) -> Flights:
     if parameter:
         states_by, durations_by = _variation(orbit, parameter)
     signature = orbit.signature
-    compiled = compile_prescribed(orbit.system, parameter, orbit.problem.codes)
+    compiled = orbit.problem.compiled(orbit.parameter_value)
+    if parameter not in ("", orbit.parameter):
+        compiled = compile_prescribed(orbit.system, parameter, orbit.problem.codes)
     by = states_by, durations_by, float(bool(parameter))
     parts = compiled.explicit(states, durations, signature.ends, by)
-    states, durations, ends, states_by, durations_by, whole, _ = parts
+    states, durations, ends, states_by, durations_by, whole, _, chatters = parts
     codes = tuple(end.mode for end in ends)
-    within = np.array([end.watch == GAP_WATCH for end in ends])
-    within &= np.array([end.watch == CHATTER_WATCH for end in signature.ends])[whole]
+    within = chatters & [end.watch == GAP_WATCH for end in ends]
     if signature.symmetric:
         turn = math.pi * signature.cycles
         states = np.vstack([states, mirrored(states, turn)])

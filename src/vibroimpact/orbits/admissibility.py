@@ -32,6 +32,7 @@ from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
+from vibroimpact.compile.modes import digit_in_code
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
@@ -128,13 +129,10 @@ def least_gaps(
     least: dict[Place, Nearest] = {}
     whole = [End(*end) for end in ends]
     parts = compiled.explicit(states, durations, whole)
-    chattering = np.array([end.contact if end.watch == CHATTER_WATCH else -1 for end in whole])[
-        parts.segment
-    ]
     begins = np.diff(parts.segment, prepend=-1) > 0
     before = [
-        begun[k] if first else Stop(int(chattering[i]), 1)
-        for i, (k, first) in enumerate(zip(parts.segment, begins, strict=True))
+        begun[k] if first else Stop(end.contact, end.side)
+        for k, first, end in zip(parts.segment, begins, parts.ends, strict=True)
     ]
     modes = np.array([end.mode for end in parts.ends])
     follows = [whole[k - 1].watch == FORCE_WATCH for k in parts.segment]
@@ -147,7 +145,7 @@ def least_gaps(
                 continue  # its gap is constant
             for near in _gaps(compiled, flights, code, guard, segments):
                 k = near.segment
-                if guard.watch == GAP_WATCH and chattering[k] == guard.contact:
+                if parts.chatters[k] and guard[:2] == (parts.ends[k].contact, GAP_WATCH):
                     continue
                 here = near._replace(
                     segment=int(parts.segment[k]), time=near.time + float(parts.since[k])
@@ -311,8 +309,8 @@ def why_inadmissible(
     for k, (contact, side, _, watch) in enumerate(named):
         if watch == CHATTER_WATCH:
             continue
-        following = named[(k + 1) % len(named)].mode // 3**contact % 3
-        if watch == GAP_WATCH and following and abs(parts.rate_after[k]) > play * closing:
+        rests = watch == GAP_WATCH and digit_in_code(named[(k + 1) % len(named)].mode, contact)
+        if rests and abs(parts.rate_after[k]) > play * closing:
             return (
                 f"impact {k} leaves {Stop(contact, side).words} at {abs(parts.rate_after[k]):.6g}, and "
                 "rest is to follow"

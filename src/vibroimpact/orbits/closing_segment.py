@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Codes, Flags, Floats, Integers
+from vibroimpact.compile.modes import digit_in_code
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
@@ -110,17 +111,28 @@ def _within_chatter(run: Run) -> Flags:
     for end in np.flatnonzero(run.status == Status.CHATTER).tolist():
         code = run.codes[end - 1]
         longest = compile_prescribed(run.system, "", (code,)).step(code)
-        place = run.contact[end], run.limit_side[end]
-        first = end
-        while (
-            first > 0
-            and run.status[first - 1] == Status.IMPACT
-            and (run.contact[first - 1], run.limit_side[first - 1]) == place
-            and run.time[end] - run.time[first - 1] <= longest
-        ):
-            first -= 1
+        here = (run.contact == run.contact[end]) & (run.limit_side == run.limit_side[end])
+        first = summed_from(end, run.time, here & (run.status == Status.IMPACT), longest)
         within[first + 1 : end] = True
     return within
+
+
+def summed_from(end: int, times: Floats, struck: Flags, longest: float) -> int:
+    """Number of the impact from which chatter is summed, which is over with an event.
+
+    Parameters
+    ----------
+    end
+        Number of that event.
+    times, struck
+        Times of the events, and which of them are impacts of the contact.
+    longest
+        Longest time to that event.
+    """
+    first = end
+    while first > 0 and struck[first - 1] and times[end] - times[first - 1] <= longest:
+        first -= 1
+    return first
 
 
 def cycles_of(system: System, span: float) -> int:
@@ -189,7 +201,7 @@ def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
     codes = codes_of(run, events, here)
     if not m.switching and not any(codes):
         return ()
-    if why := always_stuck(m, {*codes}) or always_closed(m, {*codes}):
+    if why := always_held(m, {*codes}):
         return why
     if (events.status[here] == Status.STICK).any():
         return ALONE
@@ -229,7 +241,12 @@ def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
     return found
 
 
-def always_stuck(m: Mechanism, codes: set[int]) -> str:
+def always_held(m: Mechanism, codes: set[int]) -> str:
+    """Sentence about what is held in every mode of a loop, by friction or on a stop; "" where nothing is."""
+    return _always_stuck(m, codes) or _always_closed(m, codes)
+
+
+def _always_stuck(m: Mechanism, codes: set[int]) -> str:
     """Sentence about friction that sticks in every mode of a loop; "" where there is none."""
     states = [states_from_code(code, len(m.rigid_stops), len(m.switching)) for code in codes]
     for i, (element, taken) in enumerate(zip(m.switching, zip(*states, strict=True), strict=True)):
@@ -241,10 +258,10 @@ def always_stuck(m: Mechanism, codes: set[int]) -> str:
     return ""
 
 
-def always_closed(m: Mechanism, codes: set[int]) -> str:
+def _always_closed(m: Mechanism, codes: set[int]) -> str:
     """Sentence about a rigid stop that is rested on in every mode of a loop; "" where there is none."""
     for i in range(len(m.rigid_stops)):
-        if all(code // 3**i % 3 for code in codes):
+        if all(digit_in_code(code, i) for code in codes):
             return (
                 f"contact {i} rests on its stop all the time: no impact is in it. Take out the coordinate "
                 "that the stop holds"

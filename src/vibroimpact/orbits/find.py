@@ -31,7 +31,7 @@ from vibroimpact.compile.prescribed import (
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.closing_segment import closing_loop, cycles_of
+from vibroimpact.orbits.closing_segment import closing_loop, cycles_of, summed_from
 from vibroimpact.orbits.newton import FOUND, NEWTON_HALVINGS, NEWTON_ITERATIONS, newton, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
@@ -324,16 +324,15 @@ def _chatter_summed(orbit: Orbit) -> Orbit:
     signature, compiled = orbit.signature, orbit.problem.compiled(orbit.parameter_value)
     parts = compiled.explicit(orbit.states, orbit.durations, signature.ends)
     ends, durations = [*parts.ends], parts.durations.copy()
+    times = np.append(0.0, np.cumsum(durations))  # of the events that begin flights, and the last
     kept = np.ones(len(ends), dtype=bool)
     for last in [k for k, end in enumerate(ends) if end.watch == CHATTER_WATCH]:
-        impact, first = ends[last]._replace(watch=GAP_WATCH), last
-        longest = compiled.step(impact.mode)
-        while (
-            first > 0
-            and ends[first - 1] == impact == ends[first - 2]._replace(mode=impact.mode)
-            and durations[first - 1 : last + 1].sum() <= longest
-        ):
-            first -= 1
+        impact = ends[last]._replace(watch=GAP_WATCH)
+        struck = np.array([  # events that begin flights
+            before._replace(mode=impact.mode) == impact and end.mode == impact.mode
+            for before, end in zip((parts.ends[-1], *parts.ends), parts.ends, strict=False)
+        ])  # fmt: skip
+        first = summed_from(last + 1, times, struck, compiled.step(impact.mode))
         ends[first], durations[first] = ends[last], durations[first : last + 1].sum()
         kept[first + 1 : last + 1] = False
     if kept.sum() == len(orbit.durations):

@@ -20,8 +20,7 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.closing_segment import (
     Events,
-    always_closed,
-    always_stuck,
+    always_held,
     codes_of,
     events_of,
     flights_of,
@@ -117,8 +116,8 @@ def _cutter(run: Run, events: Events) -> Callable[[int, int, int], Loop | None]:
     flights = flights_of(run, events, before_last) if several else []
 
     @cache
-    def sticks(modes: frozenset[int]) -> bool:
-        return bool(always_stuck(m, {*modes}) or always_closed(m, {*modes}))
+    def holds(modes: frozenset[int]) -> bool:
+        return bool(always_held(m, {*modes}))
 
     def cut(i: int, j: int, whole: int) -> Loop | None:
         durations, here = np.diff(events.times[i : j + 1]), flights[i:j]
@@ -126,7 +125,7 @@ def _cutter(run: Run, events: Events) -> Callable[[int, int, int], Loop | None]:
             None in here
             or not (durations > 0.0).all()
             or (events.status[i:j] == Status.STICK).any()
-            or sticks(frozenset(codes[i:j]))
+            or holds(frozenset(codes[i:j]))
         ):
             return None
         passed = (

@@ -14,6 +14,7 @@ from vibroimpact._core.checks import nonnegative
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
+from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, Linearised
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
@@ -163,8 +164,7 @@ class Orbit(Result):
     @property
     def _rests_at_first(self) -> bool:
         """Whether its first flight rests on a rigid stop."""
-        flights, contacts = self.signature.flights, len(self.mechanism.rigid_stops)
-        return bool(flights) and flights[0].mode % 3**contacts > 0
+        return bool(closed_from_code(self.problem.modes[0], len(self.mechanism.rigid_stops)))
 
     @property
     def period(self) -> float:

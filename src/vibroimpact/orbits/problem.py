@@ -113,7 +113,7 @@ class Signature:
     def begun(self) -> tuple[int, ...]:
         """Watch of the guard with which each entry of the impacts begins its flight."""
         watches = [flight.watch for flight in self.flights or (Flight(0),) * len(self.impacts)]
-        return (watches[-1], *watches[:-1])
+        return (*watches[-1:], *watches[:-1])
 
     @property
     def mirrored(self) -> Signature:
@@ -155,7 +155,7 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
             "elements none. Give a run, a state or an orbit, which know them."
         )
     limits = [(c.lower, c.upper) for c in m.rigid_stops]
-    for (contact, side), watch in zip(impacts, signature.begun if impacts else (), strict=True):
+    for (contact, side), watch in zip(impacts, signature.begun, strict=True):
         if (contact >= len(limits) and m.switching) or watch == FORCE_WATCH:
             continue
         if not 0 <= contact < len(limits) or side not in (-1, 1):

@@ -17,8 +17,8 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import impacting
-from vibroimpact.orbits.stability import flags, in_words
-from vibroimpact.results.result import Result, complex_columns
+from vibroimpact.orbits.stability import Stability, in_words
+from vibroimpact.results.result import Result, complex_columns, meanings
 
 
 class MotionEnd(StrEnum):
@@ -178,7 +178,11 @@ class OrbitSearch(Result):
             "symbol": ("orbit", [o.symbol for o in every]),
             "cycles": ("orbit", [o.signature.cycles for o in every]),
             "symmetric": ("orbit", _numbers([o.symmetric for o in every])),
-            "stability": ("orbit", np.array([o.stability for o in every], dtype=np.int8), flags()),
+            "stability": (
+                "orbit",
+                np.array([o.stability for o in every], dtype=np.int8),
+                meanings(Stability),
+            ),
             "inadmissible_reason": ("orbit", [o.inadmissible_reason for o in every]),
             "mirror_of": ("orbit", _numbers([-1 if k is None else k for k in self.mirror_of])),
             **complex_columns("multipliers", place, values),

@@ -15,8 +15,6 @@ Accuracy    multipliers are on the circle within NEUTRAL_DISTANCE; those of fami
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from vibroimpact._core.codes import NamedCode
@@ -69,11 +67,3 @@ def in_words(stability: Stability, family: int = 0) -> str:
     if stability is Stability.NEUTRAL and family:
         return f"neutral, one of a {family}-parameter family"
     return stability.words
-
-
-def flags() -> dict[str, Any]:
-    """Attributes of a variable of a dataset that holds numbers of :class:`Stability`."""
-    return {
-        "flag_values": np.array([*Stability], dtype=np.int8),
-        "flag_meanings": " ".join(one.words.replace(" ", "_") for one in Stability),
-    }

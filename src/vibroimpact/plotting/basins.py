@@ -11,7 +11,7 @@ from vibroimpact._core.checks import check_flag
 from vibroimpact.plotting import maps, style
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.variables import check_dataset, units_of_sweep
-from vibroimpact.sweeps.analyses.motion_codes import flags
+from vibroimpact.results.result import words_of_codes
 
 COLOURS = (
     style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,
@@ -63,7 +63,9 @@ def _over_behind(basins: xr.Dataset) -> bool:
     labels = basins["attractor"]
     across, up = maps.over_two(labels)
     behind = [
-        code for code, words in flags(labels).items() if words == PENETRATING.replace(" ", "_")
+        code
+        for code, words in words_of_codes(labels).items()
+        if words == PENETRATING.replace(" ", "_")
     ]
     shade = np.isin(labels.transpose(across, up).values, behind)
     found = np.flatnonzero((labels.values >= 0).ravel())
@@ -78,7 +80,7 @@ def _over_behind(basins: xr.Dataset) -> bool:
 
 def _shades(labels: xr.DataArray, *, explained: bool = False) -> list[maps.Shade]:
     """Shades with their shares of the possible starts: those behind a stop have no share."""
-    meanings = flags(labels)
+    meanings = words_of_codes(labels)
     codes = sorted(meanings, key=lambda code: (code < 0, abs(code)))
     words = {code: meanings[code].replace("_", " ") for code in codes}
     words = {code: BEHIND if word == PENETRATING else word for code, word in words.items()}
@@ -97,7 +99,7 @@ def _shades(labels: xr.DataArray, *, explained: bool = False) -> list[maps.Shade
 
 def _colours(labels: xr.DataArray) -> dict[int, str]:
     """Colours of attractors by code; a part of the dataset has the colours of the whole."""
-    names = {words: code for code, words in flags(labels).items() if code >= 0}
+    names = {words: code for code, words in words_of_codes(labels).items() if code >= 0}
     order = maps.with_mirrors({words: -code for words, code in names.items()})
     return dict(zip((names[words] for words in order), COLOURS, strict=False))
 
@@ -106,7 +108,7 @@ def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
     """Mark the final states of members of each basin, with one kind of mark per attractor."""
     ends = [_final(basins, name) for name in names]
     labels, colours = basins["attractor"].values, _colours(basins["attractor"])
-    for code in [code for code in flags(basins["attractor"]) if code >= 0]:
+    for code in [code for code in words_of_codes(basins["attractor"]) if code >= 0]:
         here = np.flatnonzero((labels == code).ravel())[:MOST_MARKED_POINTS]
         x, y = (end[here] for end in ends)
         few = _places(ax, x, y) <= MOST_LARGE_MARKS

@@ -30,10 +30,11 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.stability import Stability, in_words
+from vibroimpact.results.result import words_of_codes
 from vibroimpact.simulation.places import AtPhase
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
-from vibroimpact.sweeps.analyses.motion_codes import BELOW, flags, motions
+from vibroimpact.sweeps.analyses.motion_codes import BELOW, motions
 from vibroimpact.sweeps.observers.extremes import Extremes
 from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.observers.observer import Observer
@@ -281,7 +282,7 @@ class _Row(NamedTuple):
 def _rows(way: str, members: xr.Dataset, simulation: Simulation) -> Iterator[_Row]:
     """Members of one start, one after the other over all values."""
     codes = motions(members)
-    words = flags(codes)
+    words = words_of_codes(codes)
     count = sum(str(name).startswith("range") for name in members) // 2
     ends = (
         [members[f"range{i}_{end}"].values for i in range(count)] for end in ("smallest", "largest")

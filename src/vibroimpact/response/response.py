@@ -53,7 +53,7 @@ from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, find_orbit
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.stability import Stability, flags
+from vibroimpact.orbits.stability import Stability
 from vibroimpact.response.answers import (
     SAMPLED_MACHINES,
     Answer,
@@ -70,7 +70,7 @@ from vibroimpact.response.curves import (
     curve_without_impacts,
     likeness,
 )
-from vibroimpact.results.result import Result, plotting
+from vibroimpact.results.result import Result, meanings, plotting
 from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
@@ -267,7 +267,7 @@ class Response(Result):
         off = {id(answer) for answer in self.unexplained}
         measures = self.simulation.measures  # the others are those of its row
         names = ("value", "rms", "peak")[: len(measures)]
-        known = flags()
+        known = meanings(Stability)
         measured = {
             kind: attrs(one.label, one.dimension) for kind, one in zip(names, measures, strict=True)
         }
@@ -290,7 +290,7 @@ class Response(Result):
                     "point", np.concatenate(kinds).astype(np.int8) if kinds else np.empty(0, np.int8),
                     {
                         "long_name": "stability on the stretch to the next point",
-                        "flag_values": np.append(np.int8(END_KIND), known["flag_values"]),
+                        "flag_values": np.append(END_KIND, known["flag_values"]),
                         "flag_meanings": f"end_of_curve {known['flag_meanings']}",
                     },
                 ),

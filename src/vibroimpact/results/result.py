@@ -38,11 +38,19 @@ def along(*dims: str, codes: type[IntEnum] | None = None, **attrs: str) -> dict[
 
 
 def meanings(codes: type[IntEnum]) -> dict[str, Any]:
-    """Attributes of a variable that holds codes: what each of them means."""
+    """Attributes of a variable that holds codes: what each of them means, by its ``words`` or its name."""
+    words = [str(getattr(one, "words", one.name.lower())) for one in codes]
     return {
         "flag_values": np.array([*codes], dtype=np.int32),
-        "flag_meanings": " ".join(one.name.lower() for one in codes),
+        "flag_meanings": " ".join(word.replace(" ", "_") for word in words),
     }
+
+
+def words_of_codes(variable: xr.DataArray) -> dict[int, str]:
+    """Meanings of the codes that a variable holds, by code; empty where it holds none."""
+    words = str(variable.attrs.get("flag_meanings", "")).split()
+    values = np.ravel(variable.attrs["flag_values"]).tolist() if words else []
+    return dict(zip(values, words, strict=True))
 
 
 def rows(dim: str, *more: str) -> dict[str, Any]:
@@ -142,14 +150,11 @@ def csv_of(table: pd.DataFrame) -> bytes:
 def _in_si(result: Any) -> bool:
     """Whether a result is one of a system in SI units."""
     named = {one.name for one in fields(result)}
-    of = (
-        result
-        if "system" in named
-        else getattr(result, "family", None)
-        if "family" in named
-        else None
-    )
-    return bool(getattr(getattr(of, "system", None), "si", False))
+    if "system" not in named:
+        if "family" not in named:
+            return False
+        result = result.family
+    return bool(getattr(getattr(result, "system", None), "si", False))
 
 
 def with_units(data: xr.Dataset) -> xr.Dataset:
@@ -262,10 +267,9 @@ def dataframe_of(data: xr.Dataset, dim: str = "") -> pd.DataFrame:
 
 def _in_words(variable: xr.DataArray) -> Any:
     """Values of a variable; of codes their meanings."""
-    words = str(variable.attrs.get("flag_meanings", "")).split()
-    if not words:
+    known = words_of_codes(variable)
+    if not known:
         return variable.values
-    known = dict(zip(np.ravel(variable.attrs["flag_values"]).tolist(), words, strict=True))
     named = [known.get(code, str(code)) for code in variable.values.ravel().tolist()]
     return np.array(named, dtype=object).reshape(variable.shape)
 

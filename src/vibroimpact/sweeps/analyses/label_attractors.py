@@ -36,10 +36,11 @@ from vibroimpact.attractors.matching import (
 from vibroimpact.attractors.point_sets import Kind
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
+from vibroimpact.results.result import words_of_codes
 from vibroimpact.simulation.places import At, AtStop
 from vibroimpact.simulation.sections import Scale
 from vibroimpact.sweeps.analyses.member_table import ExtendRun, Table
-from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, flags, motions
+from vibroimpact.sweeps.analyses.motion_codes import NO_IMPACTS, motions
 from vibroimpact.sweeps.starts import States
 
 Words = NDArray[np.str_]
@@ -313,7 +314,7 @@ def _coded(
     values = np.where(labels.values >= 0, rank[np.maximum(labels.values, 0)], labels.values)
     found = _named([labels.found[i] for i in order])
     words = dict(enumerate(one.word for one in found)) | {NOT_MATCHED: "not matched"}
-    words |= {code: text for code, text in flags(codes).items() if code < NO_IMPACTS}
+    words |= {code: text for code, text in words_of_codes(codes).items() if code < NO_IMPACTS}
     present = [code for code in words if (values == code).any()]
     attrs = {
         "flag_values": np.array(present, dtype=np.int32),

@@ -22,6 +22,7 @@ from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Integers
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.model.stop import Stop, StopName
+from vibroimpact.results.result import words_of_codes
 from vibroimpact.simulation.lyapunov import LEAST_GROWTH
 from vibroimpact.sweeps.member_status import NOT_COMPUTED
 
@@ -74,7 +75,9 @@ def motions(members: xr.Dataset) -> xr.DataArray:
     codes = np.where(end == FULL, codes, BELOW - end)
     codes = np.where(end == NOT_COMPUTED, ABSENT, codes)
     words = {i: symbol(symbols[k]) for i, k in enumerate(order)} | WORDS
-    words |= {BELOW - end: text for end, text in flags(members["end"]).items() if end > FULL}
+    words |= {
+        BELOW - end: text for end, text in words_of_codes(members["end"]).items() if end > FULL
+    }
     present = [int(code) for code in np.unique(codes)]
     return xr.DataArray(
         codes.astype(np.int32),
@@ -88,19 +91,13 @@ def motions(members: xr.Dataset) -> xr.DataArray:
 
 def categories(codes: xr.DataArray) -> list[Category]:
     """Categories that occur: symbols first, from the most frequent to the rarest."""
-    words = flags(codes)
+    words = words_of_codes(codes)
     values, counts = np.unique(codes.values, return_counts=True)
     found = [
         Category(int(v), words[int(v)].replace("_", " "), int(c))
         for v, c in zip(values, counts, strict=True)
     ]
     return sorted(found, key=lambda one: (one.code < 0, abs(one.code)))
-
-
-def flags(codes: xr.DataArray) -> dict[int, str]:
-    """Meaning of each value of a coded variable, from its attributes."""
-    values = np.atleast_1d(codes.attrs["flag_values"])
-    return {int(v): w for v, w in zip(values, codes.attrs["flag_meanings"].split(), strict=True)}
 
 
 def symbols_of(members: xr.Dataset) -> Integers:
