@@ -703,7 +703,7 @@ def _transient_calls(damper: vi.ImpactDamper, folder: Path) -> dict[str, Call]:
         "RecordResponse.plot": (response.plot, drawn),
         "free_decay": (
             vi.free_decay,
-            {"system": damper, "start": {"v1": 1.0}, "row": "x1", "to": 0.1, "rest": None,
+            {"system": damper, "start": {"v1": 1.0}, "row": "x1", "remaining": 0.1, "rest": None,
              "t_max": 5.0},
         ),
         "free_decay, start": (

@@ -285,7 +285,7 @@ def test_bad_tables_are_refused_with_file_line_and_value(
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1], clearance=0.0), "> 0"),
     (lambda: vi.response_spectrum(vi.ForceRecord([0, 1], [0, 1]), [1e-3]), "at least 0.01"),
     (lambda: vi.free_decay(DAMPER, {"v3": 1.0}), "x1 to x2"),
-    (lambda: vi.free_decay(DAMPER, {"v2": 1.0}, to=1.0), r"to = 1.0"),
+    (lambda: vi.free_decay(DAMPER, {"v2": 1.0}, remaining=1.0), "remaining = 1.0"),
     (lambda: vi.free_decay(DAMPER, {"x1": 0.0}), "away from rest"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (1.2, 0.8)), "bounds"),
     (lambda: vi.sine_sweep(DAMPER, "omega", (0.8, 1.2), points=5, rate=1.0), "one of them"),
@@ -342,7 +342,7 @@ def test_stops_bound_the_displacement_and_count_their_impacts() -> None:
 
 
 def test_decay_without_impacts_is_that_of_the_damped_oscillator() -> None:
-    decay = vi.free_decay(DAMPER, {"v1": 1.0}, to=0.2)
+    decay = vi.free_decay(DAMPER, {"v1": 1.0}, remaining=0.2)
     zeta, wd = DAMPER.zeta, math.sqrt(1.0 - DAMPER.zeta**2)
     peaks = (math.atan2(wd, zeta) + math.pi * np.arange(10)) / wd
     sizes = np.exp(-zeta * peaks) * (-1.0) ** np.arange(10)
@@ -358,7 +358,7 @@ def test_decay_without_impacts_is_that_of_the_damped_oscillator() -> None:
 
 def test_decay_with_impacts_stays_below_the_level_from_its_time_on() -> None:
     decay = vi.free_decay(DAMPER, {"v1": 1.0})
-    level = decay.to * decay.reference
+    level = decay.remaining * decay.reference
     times = np.linspace(0.0, decay.duration, 400_001)
     x = decay.run.at(times)[0][:, 0]
     assert times[np.abs(x) >= level][-1] == pytest.approx(

@@ -64,9 +64,9 @@ def plot_free_decay(decay: FreeDecay, *, ax: Axes | None = None) -> Axes:
             ax.plot(t[shown], values[shown], color=colour, linewidth=0.8, label=f"{name}: {until}")
             if np.isfinite(fall) and fall <= end:
                 ax.axvline(fall, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=0)
-        level = decay.to * decay.reference
+        level = decay.remaining * decay.reference
         for y in (level, -level):
-            label = f"{100.0 * decay.to:g} % of the largest" if y > 0.0 else None
+            label = f"{100.0 * decay.remaining:g} % of the largest" if y > 0.0 else None
             ax.axhline(y, color=style.GREY, linewidth=0.7, linestyle=(0, (4, 2)), label=label)
         hit = decay.run.time[decay.run.impacts]
         style.at_foot(ax, hit[hit <= end], style.BLACK)

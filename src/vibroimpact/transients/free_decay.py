@@ -71,7 +71,7 @@ class FreeDecay(Result):
         The machine.
     row
         Row that decays, such as "x1".
-    to
+    remaining
         Part of :attr:`reference` below which it has to stay.
     rest
         Value of the row at rest.
@@ -81,7 +81,7 @@ class FreeDecay(Result):
 
     system: System
     row: str
-    to: float
+    remaining: float
     rest: float
     run: Run = field(repr=False)
     _signal: Signal = field(repr=False)
@@ -105,7 +105,7 @@ class FreeDecay(Result):
 
     @cached_property
     def time(self) -> float:
-        """Time after which the row stays below ``to * reference``.
+        """Time after which the row stays below ``remaining * reference``.
 
         Infinite where it does not do so for one cycle of the slowest vibration at least, before the
         end of the simulation.
@@ -118,7 +118,7 @@ class FreeDecay(Result):
         return math.nan if self._without is None else self._fall(self._without)
 
     def _fall(self, signal: Signal) -> float:
-        last = last_beyond(signal, self.to * self.reference)
+        last = last_beyond(signal, self.remaining * self.reference)
         fallen = last <= float(signal.flights.durations.sum()) - self._cycle
         return last if fallen else math.inf
 
@@ -164,7 +164,7 @@ class FreeDecay(Result):
         return t, self._signal.at(t), without
 
     def __repr__(self) -> str:
-        percent, units = f"{100.0 * self.to:g} %", units_of(self.system)
+        percent, units = f"{100.0 * self.remaining:g} %", units_of(self.system)
         size = units.text(self.reference, ORDERS.get(self.row[:1], ""))
         time, without, last = (
             units.text(t, "time") for t in (self.time, self.time_without, self.last_impact)
@@ -210,7 +210,7 @@ class FreeDecay(Result):
             coords={"time": t, "part": element_labels(m)},
             attrs={
                 "system": repr(self.system), "start": repr(self.run.start), "of": self.row,
-                "to": self.to, "end": self.end.name, "end_reason": self.end.sentence,
+                "remaining": self.remaining, "end": self.end.name, "end_reason": self.end.sentence,
             },
         )  # fmt: skip
 
@@ -221,7 +221,7 @@ def free_decay(
     start: State | Mapping[str, float],
     *,
     row: Row = "x1",
-    to: float = 0.1,
+    remaining: float = 0.1,
     rest: float | None = None,
     t_max: float | None = None,
 ) -> FreeDecay:
@@ -236,7 +236,7 @@ def free_decay(
         A state; or coordinates and velocities by name, the others zero, ``{"v1": 0.5}``.
     row
         Row that has to decay: "x1", "v1", a sum such as "x2 - x1", or coefficients of coordinates.
-    to
+    remaining
         Part of the largest value without impacts, in (0, 1).
     rest
         Value of the row at rest, from which it is measured; by default that of equilibrium, with the
@@ -265,7 +265,7 @@ def free_decay(
     >>> round(decay.time, 1), round(decay.time_without, 1)
     (71.9, 231.0)
     """
-    part = share("to", to)
+    part = share("remaining", remaining)
     m = unforced(mechanism_of(system))
     state = _state(start, m.degrees)
     measure = Peak(row)
@@ -353,7 +353,7 @@ def _dies_out(m: Mechanism, row: Floats, order: int) -> bool:
     return held and bool(np.all(rates.real <= GROWS * fastest))
 
 
-def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:
+def _long_enough(m: Mechanism, remaining: float) -> tuple[float, float]:
     """Time in which the slowest part of the linear motion falls far below a part, and its cycle."""
     rows = rows_of(m)
     rates = np.linalg.eigvals(rows.flow(0).value[:-1, :-1])
@@ -362,7 +362,7 @@ def _long_enough(m: Mechanism, to: float) -> tuple[float, float]:
     turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO_RELATIVE * fastest])
     cycle = 2.0 * math.pi / float(turning.min()) if turning.size else 0.0
     if decaying.size:
-        wanted = math.log(SPARE_DECAY / to) / float(decaying.min()) + cycle
+        wanted = math.log(SPARE_DECAY / remaining) / float(decaying.min()) + cycle
     else:
         wanted = UNDAMPED_CYCLES * (cycle or 1.0 / fastest)
     return min(wanted, MOST_RADIANS / fastest), cycle
