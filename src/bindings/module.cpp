@@ -187,7 +187,13 @@ public:
     }
 
     nb::object evaluate(std::vector<int> mode, const array& y, const array& dt) const {
-        auto out = system_->evaluate(mode, numbers_of(y), numbers_of(dt));
+        numbers out;
+        {
+            const numbers from = numbers_of(y), since = numbers_of(dt);
+            nb::gil_scoped_release release;
+            out = system_->evaluate(mode, from, since, interrupted);
+        }
+        raise_if_interrupted();
         return to_numpy(std::move(out), {dt.size(), 2 * degrees_});
     }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import NamedTuple
@@ -98,6 +99,14 @@ def test_a_plane_that_was_written_lies_behind(
     out = said([*BRANCH, *NEAR, "--behind", "p.nc", "--out", "c.png"], capsys)
     assert repr(expected) in out
     assert Path("c.png").stat().st_size > 1000
+
+
+def test_a_store_behind_needs_zarr_and_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    argv = [*BRANCH, *NEAR, "--behind", "p.zarr", "--out", "c.png"]  # whether it is there or not
+    assert_nothing_written(argv, cli.FAILED, "behind: needs Zarr, which is not", capsys)
 
 
 def test_an_interrupted_curve_leaves_no_file(

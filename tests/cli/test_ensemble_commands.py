@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -228,6 +229,18 @@ def test_a_store_resumes_and_refuses_another_sweep(capsys: pytest.CaptureFixture
     assert said(argv, capsys)
     assert cli.main([*argv, "--settle-periods", "61"]) == cli.MISUSE
     assert "holds another sweep" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["sweep", "plane"])
+def test_a_store_without_zarr_names_the_extra_before_anything_is_computed(
+    kind: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    more = ["--over", "half_clearance=4:5:2"] if kind == "plane" else []
+    assert cli.main([kind, CASE, "--over", OMEGA, *more, "--store", "s.zarr"]) == cli.FAILED
+    message = capsys.readouterr().err
+    assert "store: needs Zarr, which is not installed. Run: pip install" in message
+    assert not Path("s.zarr").exists()
 
 
 def test_an_interrupted_sweep_says_how_to_go_on(

@@ -204,7 +204,7 @@ def test_an_interrupted_sweep_says_how_to_go_on_and_does(tmp_path: Path):
     )
     assert stopped.returncode == -signal.SIGINT
     last = stopped.stderr.strip().splitlines()[-1]
-    assert "KeyboardInterrupt: interrupted; 2 of 8 tiles are in" in last
+    assert "KeyboardInterrupt: sweep: interrupted; 2 of 8 tiles are in" in last
     assert "the same call goes on" in last
     assert_resumes(store)
 
@@ -213,7 +213,7 @@ def assert_interrupted(script: str, patience: float) -> None:
     """A script that interrupts itself ends so, within some seconds."""
     stopped = ran(script, patience=patience)
     assert stopped.returncode == -signal.SIGINT, stopped.stderr
-    assert "KeyboardInterrupt: interrupted; nothing is kept" in stopped.stderr
+    assert ": interrupted; nothing is kept" in stopped.stderr
 
 
 # What follows begins to interrupt once members run.

@@ -117,9 +117,9 @@ public:
     virtual record simulate(position& at, const limits_data& limits) const = 0;
     // Runs without a record, for settling and timing. Returns the reason, the code and the events seen.
     virtual progress advance(position& at, const limits_data& limits) const = 0;
-    // Evaluate flights: y[i] in mode[i] after dt[i], as x, v rows.
-    virtual numbers evaluate(const std::vector<int>& mode, const numbers& y,
-                             const numbers& dt) const = 0;
+    // Evaluate flights: y[i] in mode[i] after dt[i], as x, v rows; fewer where it is interrupted.
+    virtual numbers evaluate(const std::vector<int>& mode, const numbers& y, const numbers& dt,
+                             bool (*interrupted)()) const = 0;
     // Derivatives of the run in the physical directions (dx, dv, dtheta) of the start.
     virtual tangent_result tangents(const start_data& start, const numbers& seeds, int count,
                                     const limits_data& limits) const = 0;

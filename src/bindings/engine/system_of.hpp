@@ -67,11 +67,12 @@ public:
         return {static_cast<int>(end.why), end.code, see.events};
     }
 
-    numbers evaluate(const std::vector<int>& mode, const numbers& y,
-                     const numbers& dt) const override {
+    numbers evaluate(const std::vector<int>& mode, const numbers& y, const numbers& dt,
+                     bool (*interrupted)()) const override {
         numbers out;
         out.reserve(dt.size() * 2 * degrees_);
         for (std::size_t i = 0; i < dt.size(); ++i) {
+            if (i % vi::between_interrupt_checks == 0 && i > 0 && interrupted()) break;
             state at{};
             std::copy_n(y.begin() + static_cast<std::ptrdiff_t>(i) * n_, n_, at.x);
             physical_.append(out, mode[i], modes_[mode[i]].flow.flight(at, dt[i]));

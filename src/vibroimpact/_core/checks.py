@@ -170,7 +170,7 @@ def check_memory(name: str, value: int, size: int, advice: str) -> None:
 
 def memory_here() -> int:
     """Bytes of memory that this process may have: of the machine, of its control group, of ulimit -v."""
-    least = _memory_of_machine()
+    least = memory_of_machine()
     limit, pages = resource.getrlimit(resource.RLIMIT_AS)[0], Path("/proc/self/statm")
     if limit != resource.RLIM_INFINITY:
         taken = (
@@ -181,25 +181,32 @@ def memory_here() -> int:
 
 
 @functools.cache
-def _memory_of_machine() -> int:
-    """Bytes of memory of this machine, or of the control group in which this process is, used or free."""
+def memory_of_machine(root: Path = Path("/")) -> int:
+    """Bytes of memory of this machine, or of the control group in which this process is, used or free.
+
+    The files of the control groups are below ``root``.
+    """
     least = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    for limit in _limits_of_groups():
+    for limit in _limits_of_groups(root):
         with contextlib.suppress(OSError, ValueError):  # none there, or "max"
             least = min(least, int(limit.read_text()))
     return least
 
 
-def _limits_of_groups() -> Iterator[Path]:
-    """Files with the limits of the control groups in which this process is, of both kinds that Linux has."""
-    with contextlib.suppress(OSError):
-        for line in Path("/proc/self/cgroup").read_text().splitlines():
+def _limits_of_groups(root: Path) -> Iterator[Path]:
+    """Files with the limits of the control groups in which this process is, of both kinds that Linux has.
+
+    The limits of the groups around one hold, too. A container sees its own group as the outermost, whatever its name.
+    """
+    with contextlib.suppress(OSError, ValueError):
+        for line in (root / "proc/self/cgroup").read_text().splitlines():
             _, kind, group = line.split(":", 2)
-            place = Path("/sys/fs/cgroup", "memory" if kind else "", group.lstrip("/"))
             if kind and "memory" not in kind.split(","):
                 continue
-            for one in (place, *place.parents):
-                yield one / ("memory.limit_in_bytes" if kind else "memory.max")
+            top = root / "sys/fs/cgroup" / ("memory" if kind else "")
+            inside = Path(group.lstrip("/"))
+            for one in (inside, *inside.parents):
+                yield top / one / ("memory.limit_in_bytes" if kind else "memory.max")
 
 
 def ends_of(name: str, value: Any) -> tuple[float, float]:

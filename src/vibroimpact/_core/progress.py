@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
+import os
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import NamedTuple, TextIO, TypeVar
+from typing import Any, NamedTuple, TextIO, TypeVar, cast
 
 from vibroimpact._core.errors import warn
 
 Item = TypeVar("Item")
+Work = TypeVar("Work", bound=Callable[..., Any])
 
 UNITS = (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
 BAR_CHARACTERS = 24  # the bar has so many characters
@@ -25,6 +29,8 @@ FIRST_PROBE = 2**10  # a probe begins with so much of it, doubled until it tells
 # What is expected to take a smaller share of ANNOUNCED_SECONDS is not measured longer.
 CLEARLY_SHORT_SHARE = 1 / 8
 PATIENCE_SECONDS = 2.0  # a work that takes less shows nothing
+INTERRUPTED = ": interrupted; "  # between the name of a function and what is kept of its work
+STORE_WOULD_KEEP = "With a store (store=..., --store) the same call would go on."
 LOGGING_SECONDS = 60.0  # a stage that lasts has a line so often, where there is no terminal
 
 
@@ -316,22 +322,35 @@ def counting(name: str, count: int) -> Iterator[int]:
         yield number
 
 
-@contextmanager
-def interruptible(kept: str, *, whole: bool = False) -> Iterator[None]:
-    """Give an interruption a message: which part of the work is kept.
+def interruptible(work: Work) -> Work:
+    """Give an interruption of a function a sentence: what was interrupted, what is kept, how to go on.
 
-    A function that has found something returns it, with a status or a flag that says that it was interrupted; one that
-    has nothing to return raises KeyboardInterrupt with such a message.
-
-    Parameters
-    ----------
-    kept
-        The message.
-    whole
-        Whether it replaces that of a part of the work.
+    One rule for all: a function that has found something returns it, with a status or a flag that says that it was
+    interrupted; one that has nothing to return raises KeyboardInterrupt with this sentence. What a function called
+    inside has said of a store stays, if this one has a store, too.
     """
-    try:
-        yield
-    except KeyboardInterrupt as stop:
-        own = (f"interrupted; {kept}.",)
-        raise KeyboardInterrupt(*(own if whole else stop.args or own)) from None
+
+    @functools.wraps(work)
+    def answering(*args: Any, **given: Any) -> Any:
+        try:
+            return work(*args, **given)
+        except KeyboardInterrupt as stop:
+            kept = str(stop).partition(INTERRUPTED)[2]
+            about = inspect.signature(work)
+            named = {name: one.kind for name, one in about.parameters.items()}
+            if "store" not in named and inspect.Parameter.VAR_KEYWORD not in named.values():
+                kept = "nothing is kept. The same call begins anew."
+            elif not kept:
+                kept = _kept_in((about.bind(*args, **given).arguments | given).get("store"))
+            raise KeyboardInterrupt(f"{work.__name__}{INTERRUPTED}{kept}") from None
+
+    return cast(Work, answering)
+
+
+def _kept_in(store: Any) -> str:
+    """Sentence on a store, or on none."""
+    if store is None:
+        return f"nothing is kept. {STORE_WOULD_KEEP}"
+    if not os.path.exists(os.path.expanduser(store)):
+        return f"nothing is in {os.fspath(store)!r} yet. The same call begins anew."
+    return f"what was finished is in {os.fspath(store)!r}: the same call goes on there."

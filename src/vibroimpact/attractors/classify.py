@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, names_arguments
+from vibroimpact._core.progress import interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.orbit_type import (
     OrbitType,
@@ -186,6 +187,7 @@ class Attractor(Result):
 
 
 @names_arguments()
+@interruptible
 def classify(
     system: System,
     start: State,

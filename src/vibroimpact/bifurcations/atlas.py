@@ -21,7 +21,7 @@ import numpy as np
 from vibroimpact._core.checks import check_count, check_flag, check_kind, check_progress
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
+from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Bounds
 from vibroimpact.bifurcations.continue_bifurcation import (
@@ -129,6 +129,7 @@ def _symbol(curve: BifurcationCurve) -> str:
     return symbol
 
 
+@interruptible
 def bifurcation_atlas(
     orbit: Orbit,
     parameters: tuple[str, str],
@@ -200,7 +201,10 @@ def bifurcation_atlas(
         try:
             search.from_orbit(start)
             search.level(depth)
-        except (KeyboardInterrupt, _Enough):
+        except KeyboardInterrupt:
+            complete = False
+            search.failures.append("interrupted: the curves until then are kept")
+        except _Enough:
             complete = False
     return Atlas(names, inside, tuple(search.curves), tuple(search.failures), complete)
 

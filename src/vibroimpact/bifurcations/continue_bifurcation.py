@@ -19,7 +19,7 @@ from vibroimpact._core.checks import (
     vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.bifurcations.augmented import BOUND, Augmented, Bounds, Tests
 from vibroimpact.bifurcations.conditions import Condition, Level
@@ -63,6 +63,7 @@ class Start(NamedTuple):
     a: Pair
 
 
+@interruptible
 def continue_bifurcation(
     point: BifurcationPoint,
     parameters: tuple[str, str],
@@ -135,6 +136,7 @@ def continue_bifurcation(
         return followed(start, inside, both=both, steps=steps, progress=told)
 
 
+@interruptible
 def continue_level(
     orbit: Orbit,
     function: Function,

@@ -106,9 +106,14 @@ def checked_bounds(
     return ranges(names, (point.parameters[names[0]], point.parameters[names[1]]), wanted)
 
 
+def is_interrupted(curve: Curve) -> bool:
+    """Whether an interruption ended a curve."""
+    return any(end.reason is Stopped.INTERRUPTED for end in curve.ends)
+
+
 def uninterrupted(curve: Curve) -> Curve:
     """The curve; an interruption, after which it keeps its part, is raised further: it ends a search."""
-    if any(end.reason is Stopped.INTERRUPTED for end in curve.ends):
+    if is_interrupted(curve):
         raise KeyboardInterrupt
     return curve
 

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.linalg import LinAlgError
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact.bifurcations.augmented import Augmented, Both, is_inside
 from vibroimpact.bifurcations.continue_bifurcation import (
     Start,
@@ -41,6 +41,7 @@ from vibroimpact.bifurcations.emanating import (
     NEAR_BEGINNING,
     checked_bounds,
     emanating,
+    is_interrupted,
     width_of,
 )
 from vibroimpact.bifurcations.equations import Solution
@@ -72,6 +73,7 @@ class Options(NamedTuple):
     report: Reporter
 
 
+@interruptible
 def switch_curve(
     point: BifurcationPoint,
     bounds: Both | None = None,
@@ -122,9 +124,19 @@ def switch_curve(
     if not form.switchable:
         return NotFound(point, form.why_not)
     with Reporter(progress, f"curves from {point.label}") as report:
-        found = tuple(_curves(point, form, Options(inside, steps, report)))
+        found = tuple(_until_interrupted(_curves(point, form, Options(inside, steps, report))))
     missing = [curve for curve in found if isinstance(curve, NotFound)]
     return found if len(missing) < len(found) else missing[0]
+
+
+def _until_interrupted(
+    curves: Iterable[BifurcationCurve | NotFound],
+) -> Iterator[BifurcationCurve | NotFound]:
+    """Curves up to the first that was interrupted, whose ends say so."""
+    for one in curves:
+        yield one
+        if isinstance(one, BifurcationCurve) and is_interrupted(one.curve):
+            return
 
 
 def _curves(

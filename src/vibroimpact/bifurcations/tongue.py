@@ -25,7 +25,7 @@ import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds, is_inside
 from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves
@@ -108,6 +108,7 @@ class Tongue(Result):
         return "\n".join(lines)
 
 
+@interruptible
 def tongue(
     point: BifurcationPoint,
     bounds: tuple[Bounds, Bounds] | None = None,

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_flag, names_arguments, range_of, vector
 from vibroimpact._core.labels import numbered
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.checks import check_parameter
@@ -32,6 +32,7 @@ STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
 @names_arguments()
+@interruptible
 def continue_orbit(
     orbit: Orbit,
     parameter: str,

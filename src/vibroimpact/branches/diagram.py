@@ -32,7 +32,7 @@ from vibroimpact._core.checks import (
     check_progress,
 )
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter
+from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
@@ -144,6 +144,7 @@ class Diagram(Result):
         )
 
 
+@interruptible
 def branch_diagram(
     orbit: Orbit,
     parameter: str,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibroimpact._core.checks import range_of
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact.branches.beginning import Bounds, BranchStart, neighbouring
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.continue_orbit import STEPS, branch_of
@@ -15,6 +15,7 @@ from vibroimpact.continuation import Steps, continue_curve
 from vibroimpact.continuation.walk import BeginRule, CurveProgress, check_steps
 
 
+@interruptible
 def switch_branch(
     point: BifurcationPoint,
     bounds: tuple[float, float] | None = None,

@@ -106,7 +106,7 @@ class DesignMap(Result):
         )  # fmt: skip
 
 
-@interruptible("nothing is kept", whole=True)
+@interruptible
 def design_map(
     system: System,
     over: Mapping[str, ArrayLike],

@@ -325,10 +325,15 @@ class Judge:
         """The machine with these values of its parameters."""
         return with_parameters(self.system, dict(zip(self.names, row.tolist(), strict=True)))
 
-    def finer(self, times: int, *, seed: int = 0) -> Judge:
-        """Return a judge with ``refine`` times as many steps over the band and starts; seed 0 keeps its own."""
+    def check_finer(self, times: int) -> None:
+        """Refuse a refinement for which there is no memory."""
         o = self.objective
         check_memory("refine", times, times * o.points * o.starts * BYTES_PER_MEMBER, "Take less.")
+
+    def finer(self, times: int, *, seed: int = 0) -> Judge:
+        """Return a judge with ``refine`` times as many steps over the band and starts; seed 0 keeps its own."""
+        self.check_finer(times)
+        o = self.objective
         finer = replace(
             o, points=times * (o.points - 1) + 1, starts=times * o.starts, seed=seed or o.seed
         )

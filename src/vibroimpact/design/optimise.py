@@ -37,7 +37,7 @@ import numpy as np
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
@@ -338,6 +338,7 @@ def label_of(judge: Judge) -> str:
     return f"{judge.objective.kind} {judge.measure.label} over {judge.band.parameter}"
 
 
+@interruptible
 def optimise(
     system: System,
     bounds: Mapping[str, tuple[float, float]],
@@ -423,6 +424,7 @@ def optimise(
         check_count(name, value, least)
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("refine", refine, 0)
+    judge.check_finer(refine)
     check_progress(progress)
     search = Search([judge], variables, constraints_of(constraints), seed=seed, refine=refine)
     if store is not None:
@@ -446,7 +448,7 @@ def optimise(
             why += _verified(search, budget, FURTHER_ROUNDS if refine else 0)
         except KeyboardInterrupt:
             if not search.evaluated:
-                raise KeyboardInterrupt("interrupted; no machine was judged yet.") from None
+                raise
             interrupted, why = True, "interrupted; the best machine until then is kept"
     search.over()
     if interrupted:

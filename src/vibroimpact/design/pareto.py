@@ -28,7 +28,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import label_of, sobol
@@ -108,6 +108,7 @@ class ParetoFront(Result):
         )  # fmt: skip
 
 
+@interruptible
 def pareto_front(
     system: System,
     bounds: Mapping[str, tuple[float, float]],
@@ -164,6 +165,8 @@ def pareto_front(
     check_count("seed", seed, 0, LARGEST_SEED)
     check_count("budget", budget, 2 * GENERATION_MACHINES)
     check_count("refine", refine, 1)
+    for judge in judges:
+        judge.check_finer(refine)
     check_progress(progress)
     search = _Compromises(judges, variables, constraints_of(constraints))
     interrupted = False

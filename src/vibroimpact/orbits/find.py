@@ -19,6 +19,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_count, check_flag, names_arguments, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states
 from vibroimpact.compile.prescribed import (
@@ -64,6 +65,7 @@ class Guess(NamedTuple):
 
 
 @names_arguments()
+@interruptible
 def find_orbit(
     system: System,
     guess: Orbit | Run | State | Guess,

@@ -33,7 +33,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress, names_arguments
-from vibroimpact._core.progress import ProgressOption, Reporter, counting
+from vibroimpact._core.progress import ProgressOption, Reporter, counting, interruptible
 from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import DRIFTS, closing_loop
@@ -69,6 +69,7 @@ TOUCH_SPEED_OF_BOX = 1e-6  # an impact that is slower, relative to the box, coun
 
 
 @names_arguments()
+@interruptible
 def find_orbits(
     system: System,
     *,

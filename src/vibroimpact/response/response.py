@@ -392,7 +392,7 @@ def _same(known: Answer, simulated: Answer, size: float) -> bool:
 
 
 @names_arguments()
-@interruptible("nothing is kept", whole=True)
+@interruptible
 def frequency_response(
     system: System,
     parameter: str,

@@ -14,7 +14,7 @@ import numpy as np
 
 from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import announce_measured
+from vibroimpact._core.progress import announce_measured, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.hybrid import compile_mechanism
 from vibroimpact.model.state import State
@@ -51,6 +51,7 @@ class MapDerivative:
     end: RunEnd
 
 
+@interruptible
 def map_derivative(
     system: System,
     start: State,

@@ -21,7 +21,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Announcement, expected
+from vibroimpact._core.progress import Announcement, expected, interruptible
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.sliding import GivenSystem
 from vibroimpact.compile.units import units_of
@@ -117,6 +117,7 @@ class HybridRun(Result):
 
 
 @names_arguments()
+@interruptible
 def simulate_hybrid(
     system: HybridSystem,
     mode: str,

@@ -31,7 +31,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.checks import check_count, names_arguments
-from vibroimpact._core.progress import announce_measured
+from vibroimpact._core.progress import announce_measured, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
@@ -108,6 +108,7 @@ class LyapunovEstimate(Result):
 
 
 @names_arguments()
+@interruptible
 def lyapunov_exponent(
     system: System, start: State, *, impacts: int = 20_000, settle_impacts: int = 1000
 ) -> LyapunovEstimate:

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory, names_arguments, refusal
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.progress import Announcement, announce_measured
+from vibroimpact._core.progress import Announcement, announce_measured, interruptible
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import Piecewise
@@ -209,6 +209,7 @@ class LyapunovSpectrum(Result):
 
 
 @names_arguments()
+@interruptible
 def lyapunov_spectrum(
     system: System,
     start: State,

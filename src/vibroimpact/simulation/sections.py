@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, check_memory, names_arguments
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import Announcement
+from vibroimpact._core.progress import Announcement, interruptible
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -188,6 +188,7 @@ def coordinates(position: Floats, velocity: Floats, phase: Floats) -> Floats:
 
 
 @names_arguments()
+@interruptible
 def section(
     system: System,
     start: State,

@@ -23,7 +23,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected
+from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected, interruptible
 from vibroimpact._core.reason import Reason
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
@@ -449,6 +449,7 @@ def record_bytes(m: Mechanism) -> int:
 
 
 @names_arguments()
+@interruptible
 def simulate(system: System, start: State, *, impacts: int = 1000, t_max: float = math.inf) -> Run:
     """Simulate until a number of impacts or a time is reached.
 

@@ -29,9 +29,6 @@ def together(own: Observe, more: Observe) -> tuple[Observer, ...]:
     return *(one for one in resolve(own) if key_of(one) not in keys), *given
 
 
-LOST = "only the contents of a store are kept"  # after an interruption
-
-
 def call_of(made_by: str, **own: Any) -> dict[str, str]:
     """Attributes of a dataset that say by which function it was made, and with which arguments of its own."""
 

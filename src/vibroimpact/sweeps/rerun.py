@@ -24,12 +24,11 @@ from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability, plane
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.table import OBSERVERS
-from vibroimpact.sweeps.options import LOST
 from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
 
-@interruptible(LOST)
+@interruptible
 def rerun_sweep(found: xr.Dataset, *, system: System | None = None, **options: Any) -> xr.Dataset:
     """Repeat a sweep, plane, basins, diagram or count from its attributes and axes.
 

@@ -26,7 +26,13 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import ClusterLostError, InvalidParameterError, warn
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
+from vibroimpact._core.progress import (
+    INTERRUPTED,
+    STORE_WOULD_KEEP,
+    ProgressOption,
+    Reporter,
+    interruptible,
+)
 from vibroimpact._core.types import Arrays
 from vibroimpact.compile.pace import paced_parts, paces_of
 from vibroimpact.model.mechanism import Mechanism, accelerations
@@ -62,7 +68,7 @@ EXAMINED_STARTS = 4096.0  # the default of most_impacts is found from so many st
 
 
 @names_arguments()
-@interruptible("nothing new was computed")
+@interruptible
 def sweep(
     system: System,
     *,
@@ -187,7 +193,7 @@ def sweep(
                     sink.write(done, arrays)
                     capped += int((arrays["end"] == MemberStatus.MAX_IMPACTS).sum())
         except KeyboardInterrupt:
-            raise KeyboardInterrupt(f"interrupted; {sink.kept}") from None
+            raise KeyboardInterrupt(f"{INTERRUPTED}{sink.kept}") from None
         except ClusterLostError as error:
             raise ClusterLostError(f"{error}; {sink.kept}") from error.__cause__
     if capped:
@@ -318,9 +324,9 @@ class Memory:
         self.schema, self.arrays = schema, schema.empty()
         self.missing = list(tiles_of(tuple(schema.grid.values()), sizes))
         self.kept = "nothing is kept. " + (
-            "With a store (store=..., --store) the same call would continue."
+            STORE_WOULD_KEEP
             if len(self.missing) > 1
-            else "It was one tile, which no store keeps in part."
+            else "It was one tile, which no store keeps in part: the same call begins anew."
         )
 
     def write(self, tile: Tile, results: Arrays) -> None:

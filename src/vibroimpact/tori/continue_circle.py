@@ -33,7 +33,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.labels import numbered
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact.branches.kinds import GR
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.curve import End, Stopped
@@ -70,6 +70,7 @@ MOST_TRIED_CIRCLES = 40  # (4) tries so many circles at most
 STEPS = Steps(first=0.02, least=1e-4, largest=0.1, tolerance=TOLERANCE, turn=0.6435, points=100)
 
 
+@interruptible
 def continue_circle(
     circle: Circle,
     parameter: str,

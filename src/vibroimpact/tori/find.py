@@ -19,6 +19,7 @@ from vibroimpact._core.checks import (
     refusal,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.progress import interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.kinds import NS
@@ -71,6 +72,7 @@ class CircleGuess(NamedTuple):
 
 
 @names_arguments()
+@interruptible
 def find_circle(
     system: System | ExplicitMap,
     start: State | Section | BifurcationPoint | Circle | CircleGuess | Sequence[float],

@@ -22,6 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibroimpact._core.checks import check_count, check_kind, positive, refusal, share
+from vibroimpact._core.progress import interruptible
 from vibroimpact.branches.kinds import PD
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.tori.circle import Circle
@@ -32,6 +33,7 @@ from vibroimpact.tori.solve import FEWEST_NODES, MOST_NODES, TOLERANCE, Directio
 CRITICAL_EXPONENT = 1e-3  # a leading exponent that is so near to 0 is that of the event
 
 
+@interruptible
 def switch_circle(
     point: BifurcationPoint,
     *,

@@ -33,6 +33,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
+from vibroimpact._core.progress import interruptible
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.energy import Energies, energies_of
@@ -216,6 +217,7 @@ class FreeDecay(Result):
 
 
 @names_arguments()
+@interruptible
 def free_decay(
     system: System,
     start: State | Mapping[str, float],

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import check_flag, check_kind, nonnegative, numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
+from vibroimpact._core.progress import interruptible
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact._kernel import MAX_DEGREES
 from vibroimpact.machines.units import units_of
@@ -279,6 +280,7 @@ class RecordResponse(Result):
         )  # fmt: skip
 
 
+@interruptible
 def simulate_record(
     system: System,
     record: ForceRecord,

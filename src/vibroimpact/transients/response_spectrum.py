@@ -35,7 +35,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, Reporter
+from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.mechanism import Mechanism
@@ -122,6 +122,7 @@ class ResponseSpectrum(Result):
         return super().to_dataset().assign(more)
 
 
+@interruptible
 def response_spectrum(
     record: ForceRecord,
     over: ArrayLike,

@@ -23,7 +23,7 @@ import numpy as np
 from vibroimpact._core.checks import check_choice, check_count, check_kind, positive, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption
+from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.measure import Peak, Row
@@ -160,6 +160,7 @@ def _begins(lasting: Floats) -> Floats:
     return begins
 
 
+@interruptible
 def sine_sweep(
     system: System,
     parameter: str,

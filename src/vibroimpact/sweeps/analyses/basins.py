@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import check_choice, check_count, check_kind, share
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.progress import ProgressOption, interruptible
+from vibroimpact._core.progress import INTERRUPTED, ProgressOption, interruptible
 from vibroimpact.attractors.matching import MEMBER_DISTANCE
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
@@ -24,7 +24,6 @@ from vibroimpact.sweeps.analyses.motion_codes import BELOW
 from vibroimpact.sweeps.member_status import MemberStatus
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
-    LOST,
     call_of,
     check_axes,
 )
@@ -35,7 +34,7 @@ EXAMPLE = '{"x1": np.linspace(-1, 1, 200), "v1": np.linspace(-1, 1, 200)}'
 MATCHED_POINTS = 8  # the rule of matching.py needs so many points of each member
 
 
-@interruptible(LOST)
+@interruptible
 def basins(
     system: System,
     *,
@@ -204,7 +203,8 @@ def _extension(system: System, members: xr.Dataset, requested: dict[str, Any]) -
             store = requested["store"]
             kept = f"the window is whole in {store}" if store else "nothing is kept"
             raise KeyboardInterrupt(
-                f"interrupted while members were continued towards their attractors; {kept}."
+                f"{INTERRUPTED}members were being continued towards their attractors; {kept}. "
+                "The same call continues them anew."
             ) from None
 
     return run

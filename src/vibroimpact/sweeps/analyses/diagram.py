@@ -24,7 +24,6 @@ from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.observers.selection import describe
 from vibroimpact.sweeps.options import (
-    LOST,
     Observe,
     call_of,
     check_axes,
@@ -38,7 +37,7 @@ Way = Literal["up", "down", "both"]
 WAYS = ("up", "down", "both")
 
 
-@interruptible(LOST)
+@interruptible
 def bifurcation_sweep(
     system: System,
     *,

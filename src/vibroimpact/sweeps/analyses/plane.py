@@ -35,7 +35,6 @@ from vibroimpact.sweeps.analyses.motion_codes import (
 )
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.options import (
-    LOST,
     Observe,
     call_of,
     check_axes,
@@ -48,7 +47,7 @@ COUNTED_POINTS = 16  # so many points of each member are counted
 EXAMPLE = '{"omega": np.linspace(0.9, 1.1, 200), "half_clearance": np.linspace(1, 10, 200)}'
 
 
-@interruptible(LOST)
+@interruptible
 def plane(
     system: System,
     *,
@@ -142,7 +141,7 @@ def with_motions(members: xr.Dataset, names: Iterable[str] = tuple(ADDED)) -> xr
     return members.assign({name: ADDED[name](members) for name in names})
 
 
-@interruptible(LOST)
+@interruptible
 def multistability(
     system: System,
     *,

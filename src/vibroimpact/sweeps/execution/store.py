@@ -134,7 +134,7 @@ def read_store(name: str, path: Path) -> xr.Dataset:
         Zarr is not installed.
     """
     try:
-        _check_attributes(dict(_zarr().open_group(path, mode="r").attrs))
+        _check_attributes(dict(_zarr(name).open_group(path, mode="r").attrs))
         whole: xr.Dataset = xr.open_zarr(
             path, consolidated=False, mask_and_scale=False, decode_times=False
         )
@@ -343,12 +343,12 @@ def _alone(path: Path) -> Iterator[None]:
         os.close(folder)
 
 
-def _zarr() -> Any:
+def _zarr(name: str = "store") -> Any:
     try:
         import zarr
     except ImportError:
         raise BackendUnavailableError(
-            "store: needs Zarr, which is not installed. Run: pip install 'vibroimpact[store]'."
+            f"{name}: needs Zarr, which is not installed. Run: pip install 'vibroimpact[store]'."
         ) from None
     return zarr
 
