@@ -52,7 +52,10 @@ def test_orbits_with_a_soft_stop_end_where_the_linear_response_grazes_it(soft: v
     assert soft.curve.ends[1].reason is vi.continuation.Stopped.EVENT
     assert not soft.curve.unresolved
     assert np.all(np.isnan(point.multipliers))  # one touch, two sequences
-    assert isinstance(vi.switch_branch(point), vi.NotFound)  # the motion beyond meets nothing
+    linear = vi.switch_branch(point)
+    assert isinstance(linear, vi.Branch)
+    assert linear.symbol == "1-0-0"
+    assert abs(linear["GR1"].parameter - amplitude) < 1e-12
 
 
 def test_motions_on_both_sides_of_a_period_doubling_have_one_and_two_cycles(

@@ -291,7 +291,7 @@ GUESS = vi.Guess(np.array([[1.0, -1.3, 0.1]]), np.array([6.3]))
         ({"stops": ["C"], "cycles": 1}, '"A", "B"'),
         ({"stops": ["B"], "cycles": 1}, "no stop on side -1"),
         ({"stops": [(1, 1)], "cycles": 1}, "is not a stop"),
-        ({"stops": [], "cycles": 1}, "at least one impact"),
+        ({"stops": [], "cycles": 1}, "must be an Orbit, Run or State"),
         ({"stops": ["A", "A"], "cycles": 1}, "expected \\(2, 3\\)"),
         ({"stops": ["A"], "cycles": 1, "symmetric": True}, "not symmetric"),
         ({"cycles": 1}, "stops = None"),
@@ -333,7 +333,7 @@ def test_a_guess_that_leads_nowhere_is_a_status() -> None:
 
 def test_a_motion_without_a_loop_is_a_status() -> None:
     far = replace(coco(0.1), elements=(vi.RigidStop((1.0,), upper=2.0, restitution=0.8),))
-    orbit = vi.find_orbit(far, vi.State((0.0,), (0.0,)))
+    orbit = vi.find_orbit(far, vi.State((0.0,), (0.0,)), stops="A")
     assert not orbit.converged
     assert "no loop" in orbit.status
 

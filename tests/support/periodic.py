@@ -84,13 +84,14 @@ def chain(n: int, seed: int) -> vi.Mechanism:
 
 @cache
 def orbits_of_chains() -> list[Orbit]:
-    """Orbits with up to six degrees of freedom and two contacts, stable, unstable, inadmissible."""
+    """Orbits with impacts, up to six degrees of freedom and two contacts, stable, unstable, inadmissible."""
     searches = [
         find_orbits(chain(n, seed), most_cycles=1, most_impacts=4, starts=3)
         for n in range(1, 7)
         for seed in range(2)
     ]
-    return [orbit for search in searches for orbit in search.orbits]
+    every = [orbit for search in searches for orbit in search.orbits]
+    return [orbit for orbit in every if not orbit.signature.eventless]
 
 
 @cache

@@ -312,7 +312,11 @@ def _kind_at(point: BifurcationPoint, kind: str) -> PointKind:
             f"point = {point.label}: two branches cross there, which one more parameter undoes: there is no curve of "
             "such points. Take a point of a symmetric orbit, or follow the folds beside it."
         )
-    if wanted == NS and isinstance(point.orbit, Orbit) and lossless(point.orbit.mechanism):
+    if (
+        wanted == NS
+        and isinstance(point.orbit, Orbit)
+        and lossless(point.orbit.mechanism, point.orbit.signature)
+    ):
         raise InvalidParameterError(
             f"kind = {wanted.label!r}: without loss the products of multipliers are one everywhere. Add damping, or "
             "take restitution < 1."

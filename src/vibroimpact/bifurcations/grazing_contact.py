@@ -355,7 +355,7 @@ def neighbour(point: Touching) -> _At | None:
         segment = nearest.segment
     else:
         found = without_impact(point.orbit, point.segment)
-        if found is None:
+        if found is None or found[0].eventless:
             return None
         signature, guess, nearest = found
         kind = GR

@@ -17,6 +17,7 @@ Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -31,9 +32,17 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.closing_segment import closing_loop
-from vibroimpact.orbits.find import Guess, find_orbit, repeated, rotated, unfolded, with_mirror
+from vibroimpact.orbits.find import (
+    Guess,
+    find_orbit,
+    mirrored,
+    repeated,
+    rotated,
+    unfolded,
+    with_mirror,
+)
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import Flight, OrbitProblem, Signature
+from vibroimpact.orbits.problem import Flight, OrbitProblem, Signature, without_events
 from vibroimpact.simulation.simulate import simulate
 
 Bounds = tuple[float, float]
@@ -144,6 +153,8 @@ def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFo
 
 def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
     """Orbit (1) with an impact more, of speed zero, at the end of the flight that touches a stop."""
+    if orbit.signature.eventless:
+        return _with_first_touch(orbit, touch)
     half, k, mode = orbit.states, touch.segment, orbit.problem.modes[touch.segment]
     inside = orbit.problem.compiled(orbit.parameter_value).after(half[k], touch.time, mode)
     guess = Guess(np.insert(half, k + 1, inside, axis=0), np.insert(orbit.durations, k, touch.time))
@@ -156,13 +167,40 @@ def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
     return _with_mirror(orbit.signature, impacts, flights), guess
 
 
+def _with_first_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
+    """Orbit without events as one with a single impact, or a pair of mirror images, of speed zero."""
+    mode = orbit.problem.modes[0]
+    compiled = orbit.problem.compiled(orbit.parameter_value)
+    inside = compiled.after(orbit.states[0], touch.time, mode)[None]
+    flights = [Flight(mode)] if orbit.mechanism.switching else []
+    impacts = [Stop(touch.contact, touch.side)]
+    return _with_mirror(orbit.signature, impacts, flights), Guess(inside, orbit.durations)
+
+
+def _without_events(orbit: Orbit) -> tuple[Signature, Guess, Nearest] | None:
+    """Orbit with a single impact of speed zero, or a pair, as one without events."""
+    m, mode, known = orbit.mechanism, orbit.problem.modes[0], orbit.signature
+    if not m.forces:
+        return None
+    signature = without_events(m, mode, known.cycles, known.symmetric)
+    period = float(orbit.durations[0])
+    late = -float(orbit.states[0, -1]) % (2.0 * math.pi) / m.omega  # from the impact to the phase 0
+    state = orbit.problem.compiled(orbit.parameter_value).after(orbit.states[0], late, mode)
+    touched = known.impacts[0]
+    if late > period:  # the flight is half of one period, and the other half its mirror image
+        state, touched = mirrored(state[None], 0.0)[0], touched.opposite
+    state[-1] = 0.0
+    touch = Nearest(0.0, *touched, 0, -late % period)
+    return signature, Guess(state[None], orbit.durations), touch
+
+
 def without_impact(orbit: Orbit, segment: int) -> tuple[Signature, Guess, Nearest] | None:
     """Orbit (2) without the impact of speed zero that ends a segment, and the touch left of it.
 
-    None where it is the only impact.
+    None where it is the only impact of a motion without forcing.
     """
     if len(orbit.durations) == 1:
-        return None
+        return _without_events(orbit)
     lost = (segment + 1) % len(orbit.durations)
     turned = rotated(orbit, 1) if lost == 0 else orbit
     lost = lost or len(turned.durations) - 1
@@ -220,5 +258,5 @@ def shrunk(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start (2) on the branch of the orbits with an impact fewer."""
     found = without_impact(point.orbit, point.segment)
     if found is None:
-        return NotFound(point, "without its only impact the orbit has none; simulate it")
+        return NotFound(point, "without its only impact and without forcing there is no orbit")
     return _ordinary(point, *found[:2], bounds)

@@ -40,13 +40,14 @@ from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import switch_branch
+from vibroimpact.compile.prescribed import PHASE
 from vibroimpact.continuation import Steps, Stopped
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, converged, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
-from vibroimpact.simulation.places import AtStop
+from vibroimpact.simulation.places import AtPhase, AtStop
 
 Say = Callable[[str], object]
 
@@ -246,7 +247,8 @@ def _swept(branch: Branch, orbit: Orbit, values: Floats) -> xr.Dataset:
     first = branch.family.signature.impacts[0]
     found = bifurcation_sweep(
         branch.family.system, over={branch.parameter: values}, start=orbit.state,
-        at=AtStop(first.name, first.contact), points=SWEPT_POINTS, periods=SWEPT_POINTS + 1,
+        at=AtPhase() if first.contact == PHASE else AtStop(first.name, first.contact),
+        points=SWEPT_POINTS, periods=SWEPT_POINTS + 1,
         progress=False,
     )  # fmt: skip
     drawn = [str(name) for name, of in found.items() if "point" in of.dims]

@@ -213,7 +213,7 @@ class OrbitFamily(OrbitProblem):
     def watch(self, z: Floats, p: Value) -> dict[str, float]:
         """Test functions (2)-(4)."""
         pencil, saturated = self.pencil(z, p), self._saturated(self._closing_rates(z, p))
-        lossy = not lossless(self.compiled(p).mechanism)
+        lossy = not lossless(self.compiled(p).mechanism, self.signature)
         pairs = products_of_pairs(pencil.eigenvalues()) if lossy else math.nan
         watched = {
             FLIP: pencil.determinant(-1.0) / float(np.prod(saturated)),
@@ -281,7 +281,7 @@ class OrbitFamily(OrbitProblem):
         plastic = [
             k
             for k, stop in enumerate(begun)
-            if stop.contact < len(contacts) and stop.restitution(contacts) == 0.0
+            if 0 <= stop.contact < len(contacts) and stop.restitution(contacts) == 0.0
         ]
         if not plastic:
             return {}
@@ -314,9 +314,10 @@ class OrbitFamily(OrbitProblem):
         return found
 
 
-def lossless(m: Mechanism) -> bool:
+def lossless(m: Mechanism, signature: Signature) -> bool:
     """Whether every product of multipliers mu, 1 / mu is one: (3) vanishes identically."""
-    return all(e.conserves for e in m.elements) and linear.largest(m.damping) == 0.0
+    unmet = signature.eventless and not m.switching
+    return (unmet or all(e.conserves for e in m.elements)) and linear.largest(m.damping) == 0.0
 
 
 def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None) -> float:

@@ -28,7 +28,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import SPEED
 from vibroimpact.branches.verify import VANISHED_OF_LARGEST
-from vibroimpact.compile.prescribed import GAP_WATCH, End
+from vibroimpact.compile.prescribed import GAP_WATCH, PHASE, End
 from vibroimpact.continuation import Curve, LocatedPoint, Unresolved
 from vibroimpact.continuation.expansion import brent
 from vibroimpact.continuation.newton import Node, correct
@@ -169,7 +169,8 @@ def _no_touch(orbit: Orbit, nearest: Nearest) -> str:
     end = End(nearest.contact, nearest.side, problem.modes[k], nearest.watch)
     if abs(nearest.gap) > VANISHED_OF_LARGEST * guard_sizes(problem, sizes, [end])[0]:
         return f"a least gap changes its sign by a jump: {nearest}"
-    if nearest.time in (0.0, float(orbit.durations[k])):
+    ends = {0.0: orbit.signature.impacts[k], float(orbit.durations[k]): orbit.signature.solved[k]}
+    if nearest.time in ends and ends[nearest.time].contact != PHASE:
         return f"two impacts at once, one of them not among the prescribed: {nearest}"
     return ""
 

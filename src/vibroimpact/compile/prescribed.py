@@ -46,6 +46,8 @@ WINDOW_NODES = 25
 GAP_WATCH = -1  # the gap of an open one
 FORCE_WATCH = -2  # the force on a closed one
 CHATTER_WATCH = -3  # the end of chatter
+PHASE_WATCH = -4  # a phase of the forcing, at which a motion without events is cut
+PHASE = -1  # in place of a contact or element, where a flight ends at a phase
 
 
 class End(NamedTuple):
@@ -60,7 +62,8 @@ class End(NamedTuple):
     watch
         Number of the guard among the watches of the mode. Of rigid stops, GAP_WATCH for the gap;
         FORCE_WATCH for the force of a closed one, whose lower limit is 0, so that ``side`` is -1; and
-        CHATTER_WATCH for the end of chatter, with which rest begins.
+        CHATTER_WATCH for the end of chatter, with which rest begins. PHASE_WATCH, with PHASE as the contact,
+        where nothing happens: the sine of the first line vanishes, rising on the side +1.
     """
 
     contact: int
@@ -272,6 +275,10 @@ class Prescribed:
     def guard(self, end: tuple[int, ...]) -> GuardRow:
         """The guard at whose limit a flight ends; of chatter, the gap."""
         contact, _, code, watch = End(*end)
+        if watch == PHASE_WATCH:
+            row = np.zeros(2 * (self.degrees + len(self.ratios)))
+            row[2 * self.degrees] = 1.0
+            return GuardRow(PHASE, PHASE_WATCH, row, 0.0, 0.0, 0.0)
         watch = GAP_WATCH if watch == CHATTER_WATCH else watch
         guards = self.modes[code].guards
         return next(g for g in guards if (g.contact, g.watch) == (contact, watch))
@@ -437,6 +444,18 @@ class _Ends:
                 kick = _array(self.pieces.resets[reset][1]) if reset >= 0 else self.still
                 yield self._keep(name, watch, (self.still, (0.0, 0.0), kick), number)
 
+    def add_phase(self, mode: Mode, number: int) -> None:
+        """Ends of flights in a mode at which nothing happens."""
+        m = self.pieces.mechanism
+        if not m.forces:
+            return
+        sine = [0.0] * self.pieces.size
+        sine[2 * m.degrees] = 1.0
+        law = _array(sine), _array([0.0]), self.still, _array([0.0]), self.still, number, False
+        for side in (-1, 1):
+            self.known[End(PHASE, side, mode.code, PHASE_WATCH)] = len(self.laws)
+            self.laws.append(law)
+
     def add_chatter(self, mode: Mode, resting: set[Stop]) -> None:
         """Ends of chatter in a mode, at stops that are rested on in others."""
         for contact, side in resting:
@@ -582,6 +601,7 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
         b, constant = _array(flow["b"]), _array(flow["constant"])
         guards, speeds = tuple(ends.of(mode, number)), _speeds(pieces, mode)
         ends.add_chatter(mode, resting)
+        ends.add_phase(mode, number)
         modes[code] = Numbers(
             b[0], constant[0], guards, ends.forgotten(mode), speeds, tuple(pieces.light)
         )

@@ -37,6 +37,8 @@ from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
     GAP_WATCH,
+    PHASE,
+    PHASE_WATCH,
     WINDOW_NODES,
     End,
     Explicit,
@@ -51,6 +53,9 @@ from vibroimpact.model.stop import Stop
 FLAT_OF_LARGEST_RATE = 1e-9
 # A flight and Newton's method are rounded by so much, relative to the amplitude and to the period.
 PLAY_OF_AMPLITUDE = 1e-11
+# A rate at a phase of a motion without events, relative to its largest, of which the extremum is so near
+# that the gap there differs from it by the square of this.
+FLAT_AT_PHASE = 1e-7
 EDGE_OF_FLIGHT = 1e-3  # an end of a flight is nearer, relative to its duration
 # The guard of the element that has just changed is at its limit within this.
 LIMIT_OF_AMPLITUDE = 1e-9
@@ -203,7 +208,7 @@ def _gaps(
     own = np.zeros(len(at), dtype=bool)
     if rigid:
         own = _own(flights, rate, i, w.segment[at], times, segments)
-    edges = [(_others(flights, guard, place, segments, edge), edge) for edge in (0, 1)]
+    edges = [(_others(flights, guard, place, rate, segments, edge), edge) for edge in (0, 1)]
     at = np.concatenate([at, *((w.first, w.last)[edge][k] for k, edge in edges)])
     times = np.concatenate([times, *(edge * w.durations[k] for k, edge in edges)])
     own = np.concatenate([own, np.zeros(len(at) - len(own), dtype=bool)])
@@ -259,7 +264,7 @@ def _size(flights: _Flights, guard: GuardRow) -> float:
 
 
 def _others(
-    flights: _Flights, guard: GuardRow, place: Floats, segments: Integers, edge: int
+    flights: _Flights, guard: GuardRow, place: Floats, rate: Floats, segments: Integers, edge: int
 ) -> Integers:
     """Flights that begin (edge 0) or end (1) with another contact, so that the gap there counts.
 
@@ -270,8 +275,18 @@ def _others(
         u = _at_edge(flights, place, segments, edge)
         beyond = np.maximum(guard.lower - u, u - guard.upper)
         other |= beyond > LIMIT_OF_AMPLITUDE * _size(flights, guard)
+    at_phase = flights.impacts[segments, edge, 0] == PHASE
+    if at_phase.any():  # nothing happens there: only an extremum counts
+        other = np.where(at_phase, _is_flat(flights, rate, segments, edge), other)
     found: Integers = segments[other]
     return found
+
+
+def _is_flat(flights: _Flights, rate: Floats, segments: Integers, edge: int) -> Flags:
+    """Whether a guard has an extremum at the start (0) or the end (1) of some flights."""
+    largest = np.abs(np.polynomial.chebyshev.chebval(nodes(WINDOW_NODES), rate)).max()
+    flat: Flags = np.abs(_at_edge(flights, rate, segments, edge)) <= FLAT_AT_PHASE * largest
+    return flat
 
 
 def _at_edge(flights: _Flights, series: Floats, segments: Integers, edge: int) -> Floats:
@@ -307,7 +322,7 @@ def why_inadmissible(
     rigid = [k for k, end in enumerate(named) if end.watch == GAP_WATCH]
     closing = float(np.abs(parts.rate[rigid]).max(initial=0.0))
     for k, (contact, side, _, watch) in enumerate(named):
-        if watch == CHATTER_WATCH:
+        if watch in (CHATTER_WATCH, PHASE_WATCH):
             continue
         rests = watch == GAP_WATCH and digit_in_code(named[(k + 1) % len(named)].mode, contact)
         if rests and abs(parts.rate_after[k]) > play * closing:

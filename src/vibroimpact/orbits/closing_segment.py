@@ -6,6 +6,8 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             closed or not. With elements the changes of their states between the impacts belong to
             the loop; a motion without impacts, or after its last one, has loops of these changes.
             A part with rests on rigid stops begins after the release from one.
+            A forced motion that has become silent, for a period and longer than between its events before,
+            has the loop without events.
 Fails       a sentence: no such part; the motion drifts; in its last period a contact rests all the
             time, several events coincide, or the law leaves the state of an element open
 """
@@ -31,7 +33,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
-from vibroimpact.orbits.problem import Flight
+from vibroimpact.orbits.problem import Flight, forcing_repeats, least_cycles, without_events
 from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, Status
 
@@ -40,6 +42,8 @@ GAP_OF_GUESS = 0.25
 GAP_OF_SETTLED = 1e-5  # a loop with a smaller gap is that of a settled periodic motion
 MOST_SETTLED_IMPACTS = 512  # a settled loop has so many impacts at most
 MOST_GUESSED_IMPACTS = 60  # a loop that is nearly closed has so many at most
+# A motion without events for this multiple of the longest time between those before has become silent.
+LONGER_THAN_BETWEEN_EVENTS = 2.0
 # A coordinate that moves less, relative to the size of the motion, stands still.
 STILL_OF_MOTION = 1e-9
 TOUCHING_OF_TERMS = 1e-6  # a guard that is so near to its limit, relative to its terms, is at it
@@ -156,10 +160,12 @@ def closing_loop(
         Required forcing cycles; None for any.
     """
     events = events_of(run)
+    if sequence is None and run.end in ENDS_QUIETLY and (silent := eventless_loop(run, cycles)):
+        return silent
     found = _settled_loop(run, events, cycles) if sequence is None else None
-    silent = None if sequence or found else _since_last_impact(events)
-    if silent is not None:
-        events, found = silent, _settled_loop(run, silent, cycles)
+    changes = None if sequence or found else _since_last_impact(events)
+    if changes is not None:
+        events, found = changes, _settled_loop(run, changes, cycles)
     closed = found is not None and found[2]
     if not closed and (drifts := _drift(run, events, cycles)):
         return drifts
@@ -167,6 +173,8 @@ def closing_loop(
     times = events.times[events.counted]
     if sequence is not None:
         found = _last_time(stops, sequence)
+    if found is None and sequence is None and _is_silent(run, times):
+        return eventless_loop(run, cycles) or "no loop"
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-MOST_GUESSED_IMPACTS - 1] if len(times) > MOST_GUESSED_IMPACTS else 0.0
@@ -193,6 +201,35 @@ def closing_loop(
         return TOGETHER
     impacts, states = tuple(events.stops[here]), events.states[here]
     return ClosingLoop(impacts, whole, states, durations, flights, settled)
+
+
+def _is_silent(run: Run, times: Floats) -> bool:
+    """Whether nothing happens at the end of a run, for a period and for longer than between its events before."""
+    m = mechanism_of(run.system)
+    if not m.forces:
+        return False
+    ended, last = float(run.time[-1]), float(times[-1]) if len(times) else 0.0
+    before = float(np.diff(times[-MOST_GUESSED_IMPACTS:]).max(initial=0.0))
+    period = 2.0 * math.pi * least_cycles(m) / m.omega
+    return ended - last > max(period, LONGER_THAN_BETWEEN_EVENTS * before)
+
+
+def eventless_loop(run: Run, cycles: int | None) -> ClosingLoop | str:
+    """The loop without events of the mode in which a run ends; "" without forcing that repeats.
+
+    A sentence where the place of what is held in this mode is open.
+    """
+    m = mechanism_of(run.system)
+    whole = cycles or least_cycles(m)
+    if not whole or not forcing_repeats(m, whole):
+        return ""
+    code = run.all_codes[-1]
+    if why := always_held(m, {code}):
+        return why
+    signature = without_events(m, code, whole, symmetric=False)
+    states = np.zeros((1, 2 * m.degrees + 1))  # as good as any: the equations are linear
+    durations = np.array([2.0 * math.pi * whole / m.omega])
+    return ClosingLoop(signature.impacts, whole, states, durations, signature.flights, True)
 
 
 def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:

@@ -32,7 +32,13 @@ from vibroimpact.compile.prescribed import (
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.closing_segment import closing_loop, cycles_of, summed_from
+from vibroimpact.orbits.closing_segment import (
+    ClosingLoop,
+    closing_loop,
+    cycles_of,
+    eventless_loop,
+    summed_from,
+)
 from vibroimpact.orbits.newton import FOUND, NEWTON_HALVINGS, NEWTON_ITERATIONS, newton, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
@@ -43,11 +49,13 @@ from vibroimpact.orbits.problem import (
     forcing_repeats,
     least_cycles,
     why_none,
+    without_events,
 )
 from vibroimpact.simulation.simulate import Run, simulate
 
 # An orbit that is found twice, even next to a fold, has states that agree so well.
 SAME_ORBIT_RELATIVE = 1e-6
+AT_ONCE_OF_CYCLE = 1e-9  # the mode in which a state is shows in so long a part of a forcing cycle
 SETTLING_IMPACTS = 2000  # so many impacts are simulated from a state
 
 
@@ -89,7 +97,9 @@ def find_orbit(
         The sequence of stops: (contact, side) with side +1 (upper, A) or -1 (lower, B), or "A",
         "B" for contact 0. The orbit's first state is just after the first. By default taken from
         the guess. With elements a run or a state to simulate from is needed, which tells the
-        changes of state between the impacts; meeting a soft stop counts as an impact.
+        changes of state between the impacts; meeting a soft stop counts as an impact. An empty sequence, "", is
+        the motion in which nothing happens: the response of the linear machine that the system is at the end of
+        the guess.
     cycles
         Forcing cycles until the orbit closes, an integer. By default taken from the guess.
     symmetric
@@ -128,6 +138,8 @@ def find_orbit(
     if symmetric is not None:
         check_flag("symmetric", symmetric)
     check_prescribed(system, mechanism_of(system))
+    if sequence == ():
+        return _eventless(system, guess, cycles, symmetric)
     if isinstance(guess, State):
         guess = _run_from(system, guess, sequence)
     if isinstance(guess, Orbit):
@@ -139,6 +151,36 @@ def find_orbit(
         raise InvalidParameterError("stops = None: states alone do not determine them. Give stops.")
     whole = cycles if cycles is not None else cycles_of(system, float(np.sum(guess.durations)))
     return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
+
+
+def _eventless(system: System, guess: Any, cycles: int | None, symmetric: bool | None) -> Orbit:
+    """Orbit without events, in the mode in which a motion is at its end."""
+    m = mechanism_of(system)
+    if not m.forces:
+        raise InvalidParameterError(
+            'stops = "": without forcing a motion without events is a free vibration or rest. Give stops.'
+        )
+    start = guess.state if isinstance(guess, Orbit) else guess
+    if isinstance(start, State):
+        guess = simulate(system, start, impacts=1, t_max=AT_ONCE_OF_CYCLE * 2.0 * math.pi / m.omega)
+    if not isinstance(guess, Run):
+        raise refusal("guess", guess, 'an Orbit, Run or State for stops = ""')
+    found = eventless_loop(guess, cycles)
+    if isinstance(found, str):
+        return _nothing(system, None, cycles, found)
+    return of_loop(system, found, symmetric)
+
+
+def of_loop(system: System, loop: ClosingLoop, symmetric: bool | None) -> Orbit:
+    """Orbit from a loop, symmetric only if it is said to be."""
+    signature = Signature(loop.impacts, loop.cycles, bool(symmetric), loop.flights)
+    guess = Guess(loop.states, loop.durations)
+    if signature.eventless:
+        signature = without_events(
+            mechanism_of(system), loop.flights[0].mode, loop.cycles, symmetric
+        )
+        guess = Guess(guess.states, guess.durations / len(signature.impacts))
+    return solve(system, signature, _unwound(guess, loop.cycles))
 
 
 def stops_of(stops: Any) -> tuple[Stop, ...]:
@@ -379,8 +421,7 @@ def _from_run(
     loop = closing_loop(run, sequence, cycles)
     if isinstance(loop, str):
         return _nothing(system, sequence, cycles, loop)
-    signature = Signature(loop.impacts, loop.cycles, bool(symmetric), loop.flights)
-    found = solve(system, signature, _unwound(Guess(loop.states, loop.durations), loop.cycles))
+    found = of_loop(system, loop, symmetric)
     free = sequence is None and cycles is None and symmetric is None
     return primitive(found) if free else found
 

@@ -248,7 +248,7 @@ class Orbit(Result):
         contacts, turns = self.mechanism.rigid_stops, 2.0 if self.symmetric else 1.0
         modes = self.problem.compiled(self.parameter_value).modes
         growth = [modes[mode].growth for mode in self.problem.modes]
-        rigid = [stop for stop in self.signature.impacts if stop.contact < len(contacts)]
+        rigid = [stop for stop in self.signature.impacts if 0 <= stop.contact < len(contacts)]
         loss = math.prod(stop.restitution(contacts) ** 2 for stop in rigid) * self._turned
         expected = math.exp(turns * float(self.durations @ growth)) * loss
         if self.zero_multipliers:

@@ -28,8 +28,11 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
+    CHATTER_WATCH,
     FORCE_WATCH,
     GAP_WATCH,
+    PHASE,
+    PHASE_WATCH,
     End,
     Linearised,
     Prescribed,
@@ -75,7 +78,8 @@ class Signature:
     flights
         :class:`Flight` after each impact; empty for a machine without elements that rests on no
         stop. Where it does, the events are its impacts, the end of chatter and the release, with
-        the contact; of the release the side is -1.
+        the contact; of the release the side is -1. A motion without events has one in their place,
+        which is a phase (:func:`without_events`).
     """
 
     impacts: tuple[Stop, ...]
@@ -88,6 +92,11 @@ class Signature:
             given = getattr(self, name)
             if type(given) is not tuple or not all(type(part) is kind for part in given):
                 object.__setattr__(self, name, tuple(kind(*part) for part in given))
+
+    @property
+    def eventless(self) -> bool:
+        """Whether nothing happens in its orbits but that the phase goes round."""
+        return bool(self.flights) and self.flights[0].watch == PHASE_WATCH
 
     @property
     def solved(self) -> tuple[Stop, ...]:
@@ -144,6 +153,19 @@ class Signature:
         return whole and replace(self, symmetric=False) == self.part(times).repeated(times)
 
 
+def without_events(m: Mechanism, mode: int, cycles: int, symmetric: bool | None) -> Signature:
+    """Signature of the motion in which a forced machine stays in a mode: that of a linear machine.
+
+    It is cut where the phase is a multiple of 2 pi, and, where it is its own mirror image, of pi.
+    By default (``symmetric`` None) it is one where the machine has the symmetry and the mode has no elements.
+    """
+    if symmetric is None:
+        symmetric = not mode and not m.switching and not asymmetry(m, cycles)
+    sides = (1, -1) if symmetric else (1,)
+    flights = tuple(Flight(mode, PHASE_WATCH) for _ in sides)
+    return Signature(tuple(Stop(PHASE, side) for side in sides), cycles, symmetric, flights)
+
+
 def check_signature(m: Mechanism, signature: Signature) -> None:
     """Refuse a signature that no orbit of the mechanism can have."""
     impacts, cycles = signature.impacts, signature.cycles
@@ -156,7 +178,7 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
         )
     limits = [(c.lower, c.upper) for c in m.rigid_stops]
     for (contact, side), watch in zip(impacts, signature.begun, strict=True):
-        if (contact >= len(limits) and m.switching) or watch == FORCE_WATCH:
+        if (contact >= len(limits) and m.switching) or watch in (FORCE_WATCH, PHASE_WATCH):
             continue
         if not 0 <= contact < len(limits) or side not in (-1, 1):
             raise InvalidParameterError(
@@ -166,7 +188,9 @@ def check_signature(m: Mechanism, signature: Signature) -> None:
         if math.isinf(limits[contact][side > 0]):
             raise InvalidParameterError(f"stops: contact {contact} has no stop on side {side}.")
     if not impacts:
-        raise InvalidParameterError("stops = (): an impacting orbit has at least one impact.")
+        raise InvalidParameterError(
+            "impacts = (): give a phase in their place, as without_events does."
+        )
     if (cycles < 1) if m.forces else (cycles != 0):
         allowed = "at least 1" if m.forces else "0: there is no forcing"
         raise InvalidParameterError(f"cycles = {cycles}: must be {allowed}.")
@@ -218,7 +242,8 @@ def _check_symmetry(m: Mechanism, signature: Signature) -> None:
             f"stops = {signature.impacts}: not symmetric; the second half must be the first with "
             "the sides exchanged."
         )
-    if why := asymmetry(m, signature.cycles) or (signature.flights and RESTS_WHOLE):
+    rests = any(flight.watch in (FORCE_WATCH, CHATTER_WATCH) for flight in signature.flights)
+    if why := asymmetry(m, signature.cycles) or (rests and RESTS_WHOLE):
         raise InvalidParameterError(f"symmetric = True: {why}.")
 
 

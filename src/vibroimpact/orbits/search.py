@@ -36,11 +36,12 @@ from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress, 
 from vibroimpact._core.progress import ProgressOption, Reporter, counting, interruptible
 from vibroimpact.compile.prescribed import check_prescribed
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.closing_segment import DRIFTS, closing_loop
+from vibroimpact.orbits.closing_segment import DRIFTS, ClosingLoop, closing_loop
 from vibroimpact.orbits.find import (
     SAME_ORBIT_RELATIVE,
     Guess,
     mirror_distance,
+    of_loop,
     primitive,
     rolled,
     solve,
@@ -166,6 +167,9 @@ class _Sweep:
     guesses: Counter[GuessEnd] = field(default_factory=Counter)
     unresolved: Counter[str] = field(default_factory=Counter)
     repeated: int = 0
+    eventless: set[int] = field(
+        default_factory=set
+    )  # modes of which the motion without events is known
 
     def __post_init__(self) -> None:
         self.tried = KnownLoops(self.starts.widths)
@@ -186,7 +190,8 @@ class _Sweep:
             self.system, self.starts.draw(rng, number), impacts=MOTION_IMPACTS, t_max=horizon
         )
         self.motions[_end_of(run)] += 1
-        if why := self._why_unresolved(run):
+        loop = closing_loop(run, None, None)
+        if why := self._why_unresolved(loop):
             self.unresolved[why] += 1
         widths = self.starts.widths
         for signature, guess in loops_of(run, self.cycles, self.impacts, widths, GUESS_GAP_OF_BOX):
@@ -203,13 +208,24 @@ class _Sweep:
                     halvings=NEWTON_HALVINGS,
                 )
                 self._enter(found)
+        if not isinstance(loop, str):
+            self._try_without_events(loop)
 
-    def _why_unresolved(self, run: Run) -> str:
+    def _try_without_events(self, loop: ClosingLoop) -> None:
+        """Solve for the motion without events where a motion ends with it."""
+        signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
+        if not signature.eventless or loop.cycles > self.cycles:
+            return
+        mode = loop.flights[0].mode
+        if mode not in self.eventless:
+            self.eventless.add(mode)
+            self._enter(of_loop(self.system, loop, None))
+
+    def _why_unresolved(self, loop: ClosingLoop | str) -> str:
         """Reason of find_orbit for a motion without a loop at its end, or with one beyond the bounds.
 
         "" where the end of the motion nearly closes within the bounds, settled or not.
         """
-        loop = closing_loop(run, None, None)
         if isinstance(loop, str):  # one reason, however far each motion drifts
             return DRIFTS if loop.startswith(DRIFTS) else loop
         signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
