@@ -118,6 +118,7 @@ def test_a_pile_that_is_driven_is_periodic_with_the_progress_that_a_sweep_observ
     assert "drift" not in axes.get_ylabel() + plot_section(found.section).get_xlabel()
 
 
+@pytest.mark.slow
 def test_a_block_that_rubs_below_its_stop_has_points_at_a_phase():
     below = vi.Mechanism(
         mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(0.31, (0.9,)),),
@@ -128,6 +129,7 @@ def test_a_block_that_rubs_below_its_stop_has_points_at_a_phase():
     assert isinstance(found.section.at, vi.AtPhase)
 
 
+@pytest.mark.slow
 def test_a_capsule_whose_friction_changes_often_is_classified_at_its_stop():
     found = vi.classify(capsule(0.3), PAIR, **FEW)
     assert found.label.startswith("1-1-0 periodic")

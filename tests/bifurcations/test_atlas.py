@@ -49,6 +49,7 @@ def test_folds_of_period_four_are_in_the_atlas_and_their_points_shared() -> None
             assert tuple(point.parameters.values()) == pytest.approx(at, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_search_that_stops_at_its_greatest_number_says_so() -> None:
     orbit = vi.symmetric_orbits(DAMPER)[0]
     part = vi.bifurcation_atlas(orbit, PLANE, ((0.9, 1.05), (5.0, 6.3)), most_curves=1)
@@ -57,6 +58,7 @@ def test_a_search_that_stops_at_its_greatest_number_says_so() -> None:
     assert "not complete" in repr(part)
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_keeps_its_curves() -> None:
     def stop(report: vi.ProgressReport) -> None:
         if report.stage == "atlas" and report.done:

@@ -29,6 +29,7 @@ def manifold(point: vi.BifurcationPoint) -> Centre:
     return centre(point.problem.equations, z, a, complex(np.exp(2j * np.pi / 5)))
 
 
+@pytest.mark.slow
 def test_its_terms_are_those_of_the_map_on_the_section(
     point: vi.BifurcationPoint, manifold: Centre
 ) -> None:

@@ -46,6 +46,7 @@ POINTS = {
 
 
 @pytest.mark.parametrize("r", [0.5, -0.1])  # for r = 0 every point of it is degenerate
+@pytest.mark.slow
 def test_strong_resonances_of_the_henon_map_are_where_algebra_puts_them(r: float) -> None:
     # beta = 1 + r x on NS; at alpha = 0.2 that is one equation for x
     x = min(np.roots([1.0, 2.0, -0.2]), key=lambda root: abs(root - 0.1)).real
@@ -100,6 +101,7 @@ def planted(dimension: int, matrix: object) -> vi.ExplicitMap:
 
 
 @pytest.mark.parametrize("apart", [1e-2, 1e-4, 1e-6])
+@pytest.mark.slow
 def test_two_resonances_within_a_step_are_both_found(apart: float) -> None:
     # the angle touches a quarter turn almost: it is pi / 2 at b = +-apart only
     def matrix(p: tuple[object, object]) -> np.ndarray:
@@ -132,6 +134,7 @@ def test_two_pairs_on_the_circle_and_a_flip_with_a_pair_are_named() -> None:
     assert at == pytest.approx({"NSNS": 0.0, "PDNS": 0.2}, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_curve_of_cusps_normal_form_has_its_cusp_in_every_direction() -> None:
     # x -> x + a + b x - x^3, the parameters turned: SN is the semicubical parabola
     for angle in np.linspace(0.0, 2.0 * math.pi, 9):

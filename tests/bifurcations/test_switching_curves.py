@@ -68,6 +68,7 @@ def exponent(away: np.ndarray, amplitude: np.ndarray) -> float:
     return float(np.polyfit(np.log(away), np.log(amplitude), 1)[0])
 
 
+@pytest.mark.slow
 def test_folds_of_period_four_begin_in_the_directions_of_the_normal_form() -> None:
     curves = switched("R4_1")
     directions = vi.normal_forms.fold_directions(torus()["R4_1"].normal_form)
@@ -142,6 +143,7 @@ def test_fold_of_the_doubled_orbit_at_a_generalised_flip_is_the_parabola_of_alge
     assert b.min() > 0.0
 
 
+@pytest.mark.slow
 def test_the_fold_flip_gives_the_doubled_torus_where_theory_has_one() -> None:
     b = 0.5  # on PD: x = (1 + beta) / 2
     x = (1 + b) / 2
@@ -155,6 +157,7 @@ def test_the_fold_flip_gives_the_doubled_torus_where_theory_has_one() -> None:
         assert isinstance(found, vi.NotFound)
 
 
+@pytest.mark.slow
 def test_where_theory_has_no_curve_the_reason_is_given() -> None:
     half = vi.ExplicitMap(
         lambda x, p: [x[1], p[0] - p[1] * x[0] - x[1] ** 2 + 0.5 * x[0] * x[1]],

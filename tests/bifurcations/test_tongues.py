@@ -37,6 +37,7 @@ def of_the_map() -> vi.Tongue:
     return found
 
 
+@pytest.mark.slow
 def test_both_sides_of_a_planted_tongue_obey_its_normal_form() -> None:
     # locked orbits solve a + i b - r^2 + e r^3 exp(-5 i phi) = 0: the sides are b = +-e a^(3/2) to leading order
     sides = of_the_map().sides

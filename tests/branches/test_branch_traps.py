@@ -59,6 +59,7 @@ def test_multipliers_follow_a_contact_whose_row_is_the_parameter() -> None:
             assert np.abs(np.abs(point.multipliers) - 1.0).min() < 1e-7
 
 
+@pytest.mark.slow
 def test_a_plastic_orbit_is_one_orbit_and_can_be_followed() -> None:
     # its velocity after the impact is zero: the scale of velocities comes from length and time
     system = one_mass(omega=2.2, restitution=0.0, lower=-0.2)
@@ -101,6 +102,7 @@ def test_without_loss_no_torus_is_invented() -> None:
     assert not branch.stable.any()
 
 
+@pytest.mark.slow
 def test_every_stop_that_is_grazed_is_reported() -> None:
     # x swings between the stops; both lower ones are touched, at different amplitudes
     stops = (
@@ -124,6 +126,7 @@ def test_a_range_beyond_what_a_parameter_may_be_keeps_what_was_found() -> None:
     assert "must be in [0, 1]" in str(branch.curve.ends)
 
 
+@pytest.mark.slow
 def test_the_error_of_a_birth_on_the_branch_that_is_born_holds() -> None:
     damper = vi.ImpactDamper(
         mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=0.72
@@ -168,6 +171,7 @@ def test_where_two_impacts_coincide_the_branch_says_so_and_ends_soon() -> None:
         assert not branch.admissible[backwards].any()
 
 
+@pytest.mark.slow
 def test_a_doubled_branch_begun_beside_its_birth_meets_it() -> None:
     # Begun 0.02 from the birth with a first step of 0.02, whose end is a singular point.
     m = one_mass(force=1.0, omega=0.66, restitution=0.8, damping=0.04, upper=1.26)

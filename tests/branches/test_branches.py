@@ -87,6 +87,7 @@ def test_special_points_are_found_where_50_digit_arithmetic_puts_them(case: dict
     BIFURCATIONS["bifurcation"],
     ids=lambda b: f"{b['set']}-{b['kind']}-{float(b['omega']):.4f}",
 )
+@pytest.mark.slow
 def test_the_bifurcations_of_the_closed_form_are_found_by_continuation(
     point: dict[str, Any],
 ) -> None:
@@ -163,6 +164,7 @@ def grown() -> vi.Branch:
     return other
 
 
+@pytest.mark.slow
 def test_symmetry_breaking_leads_to_two_mirror_images() -> None:
     # the branch holds one of them, from where it is born
     other, middle = asymmetric(), asymmetric()["BP1"].parameter
@@ -194,6 +196,7 @@ def test_panels_do_not_shrink_towards_a_birth(low: float, first: float) -> None:
     assert not curve.unresolved
 
 
+@pytest.mark.slow
 def test_period_doubling_leads_to_orbits_of_twice_the_period() -> None:
     doubled = vi.switch_branch(asymmetric()["PD1"], (0.66, 0.67))
     assert asymmetric()["PD1"].bounds == asymmetric().bounds == (0.6, 0.8)  # the default
@@ -204,6 +207,7 @@ def test_period_doubling_leads_to_orbits_of_twice_the_period() -> None:
     assert last.determinant_error < 1e-10
 
 
+@pytest.mark.slow
 def test_at_grazing_an_orbit_with_one_impact_more_begins_at_speed_zero() -> None:
     # (T45): one multiplier grows like 1 / speed, so that their product tends to a limit; at half
     # the speed it differs from it by half as much
@@ -256,6 +260,7 @@ def plastic(preload: float) -> vi.Mechanism:
     )
 
 
+@pytest.mark.slow
 def test_onset_of_sticking_is_where_a_plastic_impact_no_longer_opens() -> None:
     # after it x = wall, v = 0: it opens if cos(theta) + preload - wall < 0, and the onset is
     # where this vanishes along the branch

@@ -44,6 +44,7 @@ def doubled(soft: vi.Branch) -> vi.Branch:
     return branch
 
 
+@pytest.mark.slow
 def test_orbits_with_a_soft_stop_end_where_the_linear_response_grazes_it(soft: vi.Branch) -> None:
     w, point = 0.8, soft["GR1"]
     amplitude = 0.9 * w**2 / math.hypot(1.0 - w**2, 0.02 * w)
@@ -58,6 +59,7 @@ def test_orbits_with_a_soft_stop_end_where_the_linear_response_grazes_it(soft: v
     assert abs(linear["GR1"].parameter - amplitude) < 1e-12
 
 
+@pytest.mark.slow
 def test_motions_on_both_sides_of_a_period_doubling_have_one_and_two_cycles(
     soft: vi.Branch, doubled: vi.Branch
 ) -> None:
@@ -118,6 +120,7 @@ def onset_of_sticking(omega: float) -> float:
     return abs(a * (1.0 + c) + b * s) / 2.0
 
 
+@pytest.mark.slow
 def test_friction_begins_to_stick_at_its_closed_form_seen_from_both_sides() -> None:
     level, low = "elements[0].kinetic", 0.3
     slipping = vi.continue_orbit(vi.find_orbit(rubbing(low), REST), level, (0.28, 0.6))
@@ -147,6 +150,7 @@ def test_the_ball_on_a_table_is_born_and_doubles_at_its_closed_forms() -> None:
     assert abs(found["PD"] - doubling) < 1e-12
 
 
+@pytest.mark.slow
 def test_stick_slip_on_a_belt_ends_where_it_no_longer_reaches_its_speed() -> None:
     """Beyond it the block stays at its equilibrium or slips all the time: no limit is met."""
     m = vi.Mechanism(mass=[[1.0]], damping=[[0.02]], stiffness=[[1.0]],

@@ -93,6 +93,7 @@ def test_a_loop_along_which_the_phase_turns_once_is_gone_round_once(
     assert_points_are_what_they_say(branch)
 
 
+@pytest.mark.slow
 def test_a_loop_longer_than_one_direction_is_joined_where_the_two_meet() -> None:
     system = vi.Family(oscillator, s=0.1, r=0.8, omega=2.0)
     orbit = vi.find_orbit(system, vi.State((0.1,), (-0.5,), 0.0))
@@ -152,6 +153,7 @@ def test_the_fold_of_budd_and_dux_is_the_published_one() -> None:
     assert math.hypot(*budd_dux(0.8, 3.7, 2)) == pytest.approx(0.345147124452810, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_what_is_no_special_point_is_unresolved_with_the_reason() -> None:
     # at omega = 3 the force turns three times in a free period: F is singular at speed zero
     system = oscillator(s=0.3, r=0.9, omega=4.2, force=-0.2)
@@ -239,6 +241,7 @@ def test_special_points_of_random_systems_are_real_and_listed_once(seed: int) ->
         assert_found_again_alone(branch)
 
 
+@pytest.mark.slow
 def test_a_grazing_that_cannot_be_located_is_unresolved_and_loses_no_branch(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -44,6 +44,7 @@ def diagram() -> Diagram:
 # ---- the tree ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_branch_around_the_orbit_is_found_once(diagram: Diagram) -> None:
     found = [(b.symbol, b.family.signature.symmetric) for b in diagram.branches]
     assert found[:2] == [("1-1-1", True), ("1-1-1", False)]
@@ -103,6 +104,7 @@ def test_a_point_where_nothing_is_found_is_listed_with_its_reason(
     assert "no branch at BP1 of 0: the start did not converge" in repr(tried)
 
 
+@pytest.mark.slow
 def test_points_at_which_the_machine_does_not_move_so_are_not_switched_at() -> None:
     tried = branch_diagram(
         vi.symmetric_orbits(replace(SET_A, omega=0.52))[0], "omega", (0.5, 0.53), points=0,
@@ -194,6 +196,7 @@ def test_the_sweep_lies_on_the_stable_branches(diagram: Diagram) -> None:
     np.testing.assert_allclose(near["phase"].values, state.phase, rtol=1e-11)
 
 
+@pytest.mark.slow
 def test_the_picture_shows_every_branch_over_the_attractors(diagram: Diagram) -> None:
     ax = diagram.plot("x1")
     legend = ax.get_legend()

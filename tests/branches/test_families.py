@@ -148,10 +148,12 @@ def test_a_forced_mechanism_that_is_fixed_nowhere_has_one_for_every_place() -> N
     assert not orbit.stable
 
 
+@pytest.mark.slow
 def test_an_isolated_orbit_is_in_no_family() -> None:
     assert {orbit.family_dimension for orbit in [*orbits_of_chains(), *damper_orbits()]} == {0}
 
 
+@pytest.mark.slow
 def test_folds_and_branch_points_are_no_families() -> None:
     """Their Jacobian is singular too, but no orbit is next to them at the same parameter."""
     start = vi.symmetric_orbits(vi.ImpactDamper(

@@ -74,6 +74,7 @@ def test_a_zero_of_a_users_function_is_a_special_point() -> None:
     assert isinstance(found, vi.NotFound)
 
 
+@pytest.mark.slow
 def test_it_is_followed_in_two_parameters() -> None:
     found = curve()
     assert found.kind == "FAST"

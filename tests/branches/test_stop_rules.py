@@ -44,6 +44,7 @@ def counts(whole: vi.Branch, part: vi.Branch) -> tuple[int, int]:
     return before, after - 1
 
 
+@pytest.mark.slow
 def test_a_branch_ends_at_the_first_point_where_the_rule_says_so(orbit, whole) -> None:
     start = whole.curve.start
     for least in np.quantile(whole.impact_speed, [0.1, 0.5, 0.9]):
@@ -71,6 +72,7 @@ def test_special_points_beyond_the_end_are_not_listed(orbit, whole) -> None:
     assert str(part.curve.ends[0]) == "the rule stop_when ended it: enough"
 
 
+@pytest.mark.slow
 def test_an_inadmissible_stretch_is_followed_as_far_as_its_rule_allows(orbit, whole) -> None:
     span = BOUNDS[1] - BOUNDS[0]
     for beyond, points in ((0.0, 400), (0.1, 400), (1.0, 5), (1.0, 0), (1.0, 400)):
@@ -89,6 +91,7 @@ def test_an_inadmissible_stretch_is_followed_as_far_as_its_rule_allows(orbit, wh
             assert travelled - abs(values[-1] - values[-2]) <= beyond * span
 
 
+@pytest.mark.slow
 def test_a_rule_of_multipliers_counts_those_outside_the_circle(orbit, whole) -> None:
     outside = (np.abs(whole.multipliers) > 1.0 + 1e-9).sum(axis=1)
     start = whole.curve.start

@@ -37,6 +37,7 @@ def numbers(argv: list[str], capsys: pytest.CaptureFixture[str]) -> dict[str, ob
 # ---- branch --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_branch_writes_and_says_the_branch_of_the_library(
     expected: vi.Branch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -68,6 +69,7 @@ def test_another_parameter_of_a_panel_varies_around_its_value(
     assert "restitution 0.78 to 0.82" in out
 
 
+@pytest.mark.slow
 def test_switch_goes_from_branch_to_branch(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["branch", CASE, "--bounds", "omega=0.666:0.708", "--switch", "BP1", "--switch", "PD1"]
     out = said([*argv, "--variable", "x1", "--out", "b.nc", "--out", "b.png"], capsys)
@@ -77,6 +79,7 @@ def test_switch_goes_from_branch_to_branch(capsys: pytest.CaptureFixture[str]) -
     assert "PD1 at omega = 0.666281189:" in out
 
 
+@pytest.mark.slow
 def test_a_rule_ends_every_branch(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["branch", CASE, "--bounds", "omega=0.70:0.75", "--switch", "BP1"]
     argv += ["--stop-when", "unstable=0", "--stop-when", "inadmissible=0.5", "--out", "b.nc"]
@@ -118,6 +121,7 @@ def test_the_multipliers_are_drawn_on_request(
     assert [branch.symbol for branch in drawn] == ["1-1-1"]
 
 
+@pytest.mark.slow
 def test_a_mechanism_starts_from_what_its_motion_settles_to(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -192,6 +196,7 @@ def test_every_kind_of_point_is_described(
     assert "half width / sqrt|dp|: x1 " in out
 
 
+@pytest.mark.slow
 def test_a_fold_is_described(capsys: pytest.CaptureFixture[str]) -> None:
     argv = [CASE, "--bounds", "omega=0.6:0.71", "--switch", "BP1", "--switch", "GR1", "--at", "SN1"]
     out = said(["normal-form", *argv], capsys)

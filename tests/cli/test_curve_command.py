@@ -51,6 +51,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Told:
     return Told(out.getvalue(), curve, picture)
 
 
+@pytest.mark.slow
 def test_curve_writes_and_says_the_curve_of_the_library(
     expected: vi.BifurcationCurve, told: Told
 ) -> None:
@@ -70,6 +71,7 @@ def test_coefficients_are_printed_with_what_is_born(
     assert form.meaning in told.out
 
 
+@pytest.mark.slow
 def test_given_once_over_is_the_second_parameter(capsys: pytest.CaptureFixture[str]) -> None:
     out = said([*BRANCH, "--bounds", "half_clearance=4.9:5.1", "--out", "c.nc"], capsys)
     assert "Curve of NS points" in out
@@ -91,6 +93,7 @@ def test_then_follows_another_curve_through_a_point_of_the_last_one(
     assert vi.load("c.nc").neutral.any()
 
 
+@pytest.mark.slow
 def test_a_plane_that_was_written_lies_behind(
     expected: vi.BifurcationCurve, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -42,6 +42,7 @@ def _few(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("_few")
+@pytest.mark.slow
 def test_design_prints_and_writes_the_best_machine_of_the_library(
     best: vi.Design, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -170,6 +170,7 @@ def test_the_section_of_a_count_and_of_a_rotation_is_that_of_the_library(
         ["diagram", CASE, "--over", OMEGA, "--way", "up", "--points", "4"],
     ],
 )
+@pytest.mark.slow
 def test_basins_and_diagrams_are_kept_in_a_store(
     argv: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:

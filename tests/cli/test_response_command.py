@@ -123,6 +123,7 @@ def page(written: tuple[Path, str]) -> Page:
 # ---- the output is the library's -----------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_file_in_si_units_gives_the_data_of_the_machine_made_from_these(
     written: tuple[Path, str], response: vi.Response
 ) -> None:
@@ -224,6 +225,7 @@ def test_the_report_escapes_what_the_user_wrote(written: tuple[Path, str], page:
     assert TITLE in page.words
 
 
+@pytest.mark.slow
 def test_a_response_writes_the_same_report_without_a_command(
     response: vi.Response, page: Page
 ) -> None:

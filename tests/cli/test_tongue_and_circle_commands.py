@@ -179,6 +179,7 @@ def test_circle_writes_and_says_the_circle_of_the_library(
     assert Path("c.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
+@pytest.mark.slow
 def test_along_follows_the_circle(capsys: pytest.CaptureFixture[str]) -> None:
     argv = [*CIRCLE, "--bounds", "omega=0.998:1.02", "--out", "f.nc", "--out", "f.png"]
     assert cli.main(argv) == cli.DONE

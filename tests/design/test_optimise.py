@@ -119,6 +119,7 @@ def test_the_machine_without_impacts_is_worst_at_its_resonance() -> None:
 # ---- the optimum ---------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_best_machine_is_not_beaten_by_brute_force(best: vi.Design) -> None:
     grid = np.linspace(5.0, 13.0, 33)
     values = best.judge.values(grid[:, None])
@@ -149,6 +150,7 @@ def test_reduction_is_that_of_the_verified_value(best: vi.Design) -> None:
     assert best.reduction_db == pytest.approx(exact, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_den_hartogs_absorber_is_found() -> None:
     tuned = vi.tuned_damper(MU)
     machine = vi.Family(absorber, nu=1.1, zeta=0.3, omega=1.0)
@@ -181,6 +183,7 @@ def test_the_last_machines_are_judged_with_more_members() -> None:
         assert value == judge_of(DAMPER, finer, ("half_clearance",)).values(row)[0]
 
 
+@pytest.mark.slow
 def test_two_balls_with_unequal_clearances_are_designed_by_the_same_call() -> None:
     machine = vi.Family(two_balls, upper=10.0, lower=10.0, omega=1.0)
     vary = {"upper": (3.0, 20.0), "lower": (3.0, 20.0)}
@@ -300,6 +303,7 @@ class Stopper:
 
 
 @pytest.mark.parametrize("calls", [3, 6])  # in the search; among the last machines
+@pytest.mark.slow
 def test_an_interruption_keeps_the_best_so_far_and_resuming_ends_as_if_there_was_none(
     tmp_path: Path, best: vi.Design, calls: int
 ) -> None:
@@ -321,6 +325,7 @@ def test_an_interruption_keeps_the_best_so_far_and_resuming_ends_as_if_there_was
 
 
 @pytest.mark.parametrize("refine", [0, 1])
+@pytest.mark.slow
 def test_a_search_that_ends_before_its_store_does_is_as_if_there_was_no_store(
     tmp_path: Path, refine: int
 ) -> None:
@@ -423,6 +428,7 @@ def test_no_machine_of_a_front_beats_another_and_brute_force_none_of_them(
     assert (again == front.values).all()
 
 
+@pytest.mark.slow
 def test_designs_are_drawn(
     tmp_path: Path, best: vi.Design, plane: vi.DesignMap, front: vi.ParetoFront
 ) -> None:

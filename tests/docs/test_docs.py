@@ -57,7 +57,11 @@ def test_the_first_figure_of_the_readme_is_drawn_in_ten_lines(tmp_path: Path) ->
     assert (tmp_path / "circle.svg").stat().st_size > 0
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, marks=[pytest.mark.slow] * (path == README)) for path in DOCUMENTS],
+    ids=lambda path: path.name,
+)
 def test_python_in_the_document_runs_from_top_to_bottom(path: Path) -> None:
     namespace: dict[str, object] = {}
     for block in blocks(path, "python"):

@@ -273,6 +273,7 @@ def drifting(d: vi.ImpactDamper, speed: float) -> vi.State:
 
 
 @pytest.mark.parametrize("speed", [5.0e-4, -3.7e-4, 3.1e-4])
+@pytest.mark.slow
 def test_a_nearly_resting_mass_is_followed_for_ten_thousand_time_units(speed: float) -> None:
     """Peak after peak comes nearer to the stop by |speed| times a period: a train of grazes."""
     d = paper_damper("A", 1.3)

@@ -48,6 +48,7 @@ def disagreement(m: vi.Mechanism, state: vi.State) -> tuple[str, int, float]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.slow
 def test_events_of_random_machines_are_those_of_integration(kind: str) -> None:
     compared = 0
     for seed in range(MACHINES):

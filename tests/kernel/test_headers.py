@@ -103,6 +103,7 @@ def section_numbers(module: bytes) -> list[int]:
     return found
 
 
+@pytest.mark.slow
 def test_every_header_stands_alone(tmp_path: Path) -> None:
     headers = sorted(INCLUDE.rglob("*.hpp"))
     lines = [f'#include "{h.relative_to(INCLUDE)}"\n' for h in headers]

@@ -63,6 +63,7 @@ def held_machine(seed: int, mass: float, length: float) -> tuple[vi.Mechanism, v
         pytest.param(12, 60, marks=pytest.mark.slow),
     ],
 )
+@pytest.mark.slow
 def test_random_blocks_leave_their_stops_alike_in_all_units_of_force(first: int, last: int) -> None:
     for seed in range(first, last):
         runs = []

@@ -151,6 +151,7 @@ def test_whole_turns_of_phase_change_nothing_but_rounding(phase: float, turns: i
 
 
 @given(seed=st.integers(0, 100_000), n=st.integers(1, 5), contacts=st.integers(1, 3))
+@pytest.mark.slow
 def test_unforced_energy_never_grows(seed: int, n: int, contacts: int) -> None:
     rng = np.random.default_rng(seed)
     m = random_mechanism(rng, n, contacts=min(n, contacts), lines=0,

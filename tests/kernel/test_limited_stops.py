@@ -152,6 +152,7 @@ def test_the_motion_is_that_of_scipy(lower: float, upper: float) -> None:
     np.testing.assert_allclose([x[0, 0], v[0, 0]], witness.y[:, -1], atol=1e-8)
 
 
+@pytest.mark.slow
 def test_an_orbit_is_found_and_continued_and_its_multipliers_are_those_of_differences() -> None:
     m = forced(vi.SoftStop((1.0,), upper=0.4, stiffness=20.0, damping=3.0, law="limited"))
     orbit = vi.find_orbit(m, vi.State((0.0,), (0.0,)))

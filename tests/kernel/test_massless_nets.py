@@ -148,6 +148,7 @@ def random_net(rng: np.random.Generator) -> dict[str, Any]:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_every_net_is_refused_by_name_or_moves_by_its_equations() -> None:
     """Forces on massless coordinates balance at all times, and what friction takes is force times slip."""
     nodes, weights = leggauss(6)

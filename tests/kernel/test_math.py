@@ -201,6 +201,7 @@ def outputs(program: Path) -> str:
 
 
 @pytest.mark.parametrize("function", BOUND)
+@pytest.mark.slow
 def test_errors_stay_within_the_stated_bound(function: str, outputs: str) -> None:
     worst = (0.0, 0.0, 0.0)
     with mp.workdps(60):

@@ -23,6 +23,7 @@ DAMPER = paper_damper("A", 1.2)
 
 
 @pytest.mark.parametrize("program", ["repetition_test", "repetition_test_mixed"])
+@pytest.mark.slow
 def test_flights_that_are_proved_clear_are_clear(tmp_path: Path, program: str) -> None:
     output(tmp_path, program, "clang")
 

@@ -99,6 +99,7 @@ def test_a_speed_off_a_stop_that_holds_is_as_good_as_what_a_plastic_impact_leave
     assert found[:, 0] == pytest.approx(found[:, 1], rel=1e-12, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_bodies_that_come_to_rest_together_go_on() -> None:
     """Most of them: three that chatter at once may use up their impacts (known-limits.md)."""
     through = 0
@@ -157,6 +158,7 @@ def test_extremes_of_contacts_at_rest_are_their_stops(seed: int, damping: str) -
 
 
 @DAMPED
+@pytest.mark.slow
 def test_members_that_come_to_rest_run_as_alone(damping: str) -> None:
     for seed in range(10):
         mechanism, _ = heavy(seed, damping)
@@ -257,6 +259,7 @@ def test_contacts_at_rest_that_depend_on_each_other_hold_each_other() -> None:
 
 
 @pytest.mark.parametrize("damping", ["none", "Rayleigh", "general"])
+@pytest.mark.slow
 def test_a_contact_that_follows_from_others_changes_nothing(damping: str) -> None:
     """Listed twice, or the sum of two with positive weights: its gap closes with theirs."""
     rested = through = 0

@@ -98,6 +98,7 @@ def like(x: float, y: float) -> bool:
 
 
 @pytest.mark.parametrize("build", BUILDS)
+@pytest.mark.slow
 def test_fma_is_exact_in_whole_numbers_and_as_the_target_does_it(
     build: str, tmp_path: Path
 ) -> None:
@@ -158,6 +159,7 @@ assert held.wait(20.0)
 """
 
 
+@pytest.mark.slow
 def test_an_interpreter_ends_in_silence_while_a_thread_holds_a_system() -> None:
     done = in_a_child(HOLD, None, PATHS)
     assert (done.returncode, done.stderr) == (0, "")
@@ -290,6 +292,7 @@ GOLDEN = {
 
 
 @pytest.mark.parametrize("target", _kernel.installed(_cpu.supported()))
+@pytest.mark.slow
 def test_sweeps_have_the_golden_hashes_on_every_installed_target(target: str) -> None:
     code = "import json, test_targets; print(json.dumps(test_targets.hashes()))"
     said = in_a_child(code, target, PATHS)
@@ -297,6 +300,7 @@ def test_sweeps_have_the_golden_hashes_on_every_installed_target(target: str) ->
     assert json.loads(said.stdout) == GOLDEN
 
 
+@pytest.mark.slow
 def test_these_sweeps_have_every_flow_and_a_number_of_every_result() -> None:
     flows = {(h.dense, h.mixed) for h in map(hybrid_of, swept().values())}
     assert flows == {(False, False), (False, True), (True, False)}

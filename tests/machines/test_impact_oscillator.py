@@ -126,6 +126,7 @@ def test_the_product_of_the_multipliers_is_that_of_restitution_and_damping() -> 
         assert np.prod(orbit.multipliers).real == pytest.approx(expected, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_a_branch_folds_and_doubles_its_period_where_the_closed_form_does() -> None:
     def doubling(omega: float) -> float:
         matrix = closed_form(replace(ONE, omega=omega))[1][-1].matrix
@@ -348,6 +349,7 @@ def test_a_plane_starts_clear_of_the_stop_at_every_point() -> None:
     xr.testing.assert_equal(found, expected)
 
 
+@pytest.mark.slow
 def test_basins_sections_diagrams_and_branches_are_computed_from_the_command_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -45,6 +45,7 @@ def repeats_in_simulation(orbit: Orbit) -> bool:
     )
 
 
+@pytest.mark.slow
 def test_exactly_the_admissible_orbits_are_motions_of_the_machine() -> None:
     orbits = [*orbits_of_chains(), *damper_orbits()]
     verdicts = [orbit.admissible for orbit in orbits]
@@ -94,6 +95,7 @@ def dense_gaps(orbit: Orbit) -> list[tuple[float, int, int, int, float]]:
     return found
 
 
+@pytest.mark.slow
 def test_the_clearance_is_that_of_a_dense_evaluation() -> None:
     orbits = [*orbits_of_chains(), *damper_orbits()]
     compared = 0
@@ -268,6 +270,7 @@ def test_an_impact_from_behind_counts_once_its_depth_is_not_rounding(unit: float
 
 
 @pytest.mark.parametrize("points", [20, 50, 120])
+@pytest.mark.slow
 def test_a_touch_on_a_branch_is_admissible_however_the_branch_is_stepped(points: int) -> None:
     """The steady motion of amplitude A / 0.1 touches the wall at A = 0.1."""
     orbit = vi.find_orbit(coco(), vi.State((0.0,), (0.0,)))

@@ -246,6 +246,7 @@ def test_a_range_that_is_none_is_refused(bounds: Any) -> None:
 
 
 @pytest.mark.parametrize("bounds", [(1,), (None, 2), "ab"])
+@pytest.mark.slow
 def test_a_range_that_is_none_is_refused_on_another_branch_too(bounds: Any) -> None:
     branch = vi.continue_orbit(vi.symmetric_orbits(paper_damper("A", 1.1))[0], "omega", (1.0, 1.15))
     with pytest.raises(REFUSED, match="bounds"):

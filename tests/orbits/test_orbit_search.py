@@ -141,6 +141,7 @@ def test_a_symmetric_signature_with_unequal_halves_is_solved_as_it_is() -> None:
 # ---- how the search went -------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_list_and_fewer_starts_a_part_of_it() -> None:
     once, again = found(), find_orbits(paper_damper("B", 0.9454), **SMALL)
     xr.testing.assert_identical(once.to_dataset(), again.to_dataset())
@@ -257,6 +258,7 @@ def test_the_dataset_holds_every_orbit() -> None:
 
 
 @pytest.mark.usefixtures("own_folder")
+@pytest.mark.slow
 def test_the_command_lists_and_writes_what_the_library_finds(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

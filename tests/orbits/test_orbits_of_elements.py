@@ -365,6 +365,7 @@ def random_machine(rng: np.random.Generator) -> vi.Mechanism:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_orbits_of_random_machines_are_motions_of_the_simulation() -> None:
     """From which they are found, and which follows them for a period; volumes shrink as they say."""
     rng, followed = np.random.default_rng(20), 0

@@ -73,6 +73,7 @@ def by_differences(orbit: vi.Orbit) -> Array:
 # ---- what is listed ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_coexisting_attractors_of_soft_stops_are_those_that_classified_motions_settle_on() -> None:
     rng = np.random.default_rng(1)
     starts = [
@@ -251,6 +252,7 @@ def test_loops_with_equal_impacts_and_other_flights_are_two() -> None:
     assert not known.has(Signature(impacts, 1, False, (a, a)), states, 1.0)
 
 
+@pytest.mark.slow
 def test_random_starts_lie_between_stops_that_move() -> None:
     wall = vi.Harmonic(1.0, (0.25,), (0.25,))
     moving = vi.RigidStop((1.0,), upper=0.5, motion=wall)

@@ -141,6 +141,7 @@ def branches_of(
     "case",
     [pytest.param(case, marks=[] if case in QUICK else pytest.mark.slow) for case in BRANCHES],
 )
+@pytest.mark.slow
 def test_branches_have_the_same_bits_in_units_of_powers_of_two(
     case: str, units: tuple[float, float, float]
 ) -> None:

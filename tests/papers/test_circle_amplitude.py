@@ -26,11 +26,13 @@ def measured(name: str) -> Measured:
     return measure(five_points()[name], Plan())
 
 
+@pytest.mark.slow
 def test_the_five_points_are_those_of_the_paper() -> None:
     assert tuple(five_points()) == NAMES
 
 
 @EVERY
+@pytest.mark.slow
 def test_every_start_ends_on_a_circle(name: str) -> None:
     assert {c.status for c in measured(name).circles} == {circles.ALTERNATE}
 

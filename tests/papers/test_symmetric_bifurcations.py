@@ -64,6 +64,7 @@ def test_no_bifurcation_is_invented(name: str) -> None:
     assert len(branch_of(name)) == TABLE["ranges"][name]["count"]
 
 
+@pytest.mark.slow
 def test_two_bifurcations_that_meet_are_found_as_two_or_none_never_one() -> None:
     # symmetry breaking of C, sign -1: two near omega = 0.508 at delta = 6, none at delta = 5
     base = damper_of("C", 1.0)

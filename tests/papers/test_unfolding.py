@@ -45,6 +45,7 @@ def sector(one: Unfolded, number: int) -> Sector:
     return one.sectors[number - 1]
 
 
+@pytest.mark.slow
 def test_parameters_of_a_sector_give_its_multiplier() -> None:
     one = around(0.978)
     for s in one.sectors:
@@ -110,6 +111,7 @@ def test_computed_folds_begin_along_the_predicted_half_lines() -> None:
     assert taken == {0, 1}
 
 
+@pytest.mark.slow
 def test_figure_shows_the_trajectories_of_its_file() -> None:
     data = unfolding.unfolding_data(around(0.928), 2, SET, Plan())
     figure = figures.redraw(data)
@@ -132,6 +134,7 @@ def three_flow(cubic: complex) -> ThreeFlow:
     return ThreeFlow(replace(form, numbers={"b": 1.0 + 0j, "c": CUBE_ROOT * (cubic + 1.0)}))
 
 
+@pytest.mark.slow
 def test_every_sector_between_neimark_sacker_and_fold_lines_has_a_portrait() -> None:
     # set C: one fold line lies on the stable side
     words = [s.words for s in around_in_c("R4_1").sectors]
@@ -172,6 +175,7 @@ def test_next_to_a_resonance_1_3_motions_stay_where_theory_says(number: int, sta
             assert np.isnan(ends).all()
 
 
+@pytest.mark.slow
 def test_the_damper_moves_less_at_the_predicted_saddle_the_nearer_the_resonance(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -208,6 +212,7 @@ def test_time_one_map_of_the_flow_has_the_terms_of_the_normal_form_up_to_third_o
 
 
 @pytest.mark.parametrize("imaginary", [0.04, -0.04])
+@pytest.mark.slow
 def test_a_circle_next_to_1_3_ends_where_mean_divergence_vanishes(imaginary: float) -> None:
     flow = three_flow(-1.0 + 0.3j)
     end = flow.end_of_circle(imaginary)
@@ -222,6 +227,7 @@ def test_a_circle_next_to_1_3_ends_where_mean_divergence_vanishes(imaginary: flo
     assert kept == [True, False]
 
 
+@pytest.mark.slow
 def test_figure_around_a_resonance_1_3_shows_the_end_of_the_circle() -> None:
     data = unfolding.unfolding_data(around_in_c("R3_1"), 4, parameter_sets()["C"], Plan())
     figure = figures.redraw(data)

@@ -74,6 +74,7 @@ def unscaled(flow: DoubleFlow, w: float, rate: float) -> np.ndarray:
     return np.asarray(at.y[0] * flow.amplitude)
 
 
+@pytest.mark.slow
 def test_time_one_map_of_the_flow_next_to_1_2_has_the_terms_of_the_normal_form() -> None:
     form = replace(double_of_set_c("R2_1").normal_form, numbers={"c": -0.7, "d": 5.0})
     left = []
@@ -84,6 +85,7 @@ def test_time_one_map_of_the_flow_next_to_1_2_has_the_terms_of_the_normal_form()
     assert left[0] / left[1] == pytest.approx(32.0, rel=0.1)  # order 5 is left
 
 
+@pytest.mark.slow
 def test_time_one_map_of_the_flow_next_to_1_1_has_the_terms_of_the_normal_form() -> None:
     form = replace(double_of_set_c("R1_1").normal_form, numbers={"a": 0.3, "b": 1.7})
     left = []
@@ -177,6 +179,7 @@ def test_coefficients_of_other_signs_are_refused(
 
 
 @pytest.mark.parametrize("label", ["R2_1", "R1_1"])
+@pytest.mark.slow
 def test_parameters_of_a_sector_give_m1_and_m2(label: str) -> None:
     one = around(label)
     for s in one.sectors:
@@ -345,6 +348,7 @@ def test_beyond_the_homoclinic_orbit_the_focus_attracts_motions_from_next_to_the
     np.testing.assert_array_equal(np.isnan(predicted[..., -1]), np.isnan(simulated[..., -1]))
 
 
+@pytest.mark.slow
 def test_a_motion_held_on_the_manifold_obeys_the_half_map_to_less_than_a_thousandth(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -108,6 +108,7 @@ def test_witness_of_multipliers_is_the_determinant_identity(paper: Evidence) -> 
     assert "0.1698" in witness
 
 
+@pytest.mark.slow
 def test_restitution_moves_the_verdicts(paper: Evidence) -> None:
     changed = evidence(restitution=0.75)
     assert [b.omega for b in changed.crossings("A")] != [b.omega for b in paper.crossings("A")]

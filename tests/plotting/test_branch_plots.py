@@ -60,6 +60,7 @@ def stretches(ax: Axes, colour: str = COLOURS[0]) -> list[tuple[str, NDArray[np.
     ]
 
 
+@pytest.mark.slow
 def test_the_look_changes_exactly_at_the_special_points(symmetric: vi.Branch) -> None:
     drawn = stretches(plot_branches([symmetric]))
     assert [look for look, _ in drawn] == ["not admissible", "unstable", "stable", "unstable"]
@@ -76,6 +77,7 @@ def test_every_point_of_the_branch_is_drawn_at_its_value(symmetric: vi.Branch) -
         assert np.any(np.all(drawn == expected, axis=1))
 
 
+@pytest.mark.slow
 def test_special_points_are_in_order_along_a_branch(broken: vi.Branch) -> None:
     points = profile(broken)
     order = [broken.special_points[i].label for i in points.special if i >= 0]
@@ -157,6 +159,7 @@ def label_boxes(ax: Axes) -> list[Bbox]:
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.slow
 def test_labels_neither_cover_each_other_nor_leave_the_axes(seed: int) -> None:
     """Clusters of points, of which some lie at the edges: more labels than there is room for."""
     rng = np.random.default_rng(seed)
@@ -200,6 +203,7 @@ def test_branches_have_their_own_colours_and_names(symmetric: vi.Branch, broken:
     assert stretches(ax, COLOURS[1])
 
 
+@pytest.mark.slow
 def test_at_a_stop_every_impact_there_is_drawn_and_the_mirror_images(broken: vi.Branch) -> None:
     doubled = vi.switch_branch(broken["PD1"], (0.65, 0.67))
     assert isinstance(doubled, vi.Branch)
@@ -224,6 +228,7 @@ def test_attractors_are_drawn_behind_without_the_missing_points(symmetric: vi.Br
         plot_branches([symmetric], variable="x2", attractors=cloud)
 
 
+@pytest.mark.slow
 def test_a_branch_of_a_single_point_leaves_the_picture_empty(symmetric: vi.Branch) -> None:
     one = slice(0, 1)
     curve = replace(

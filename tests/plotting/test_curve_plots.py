@@ -67,6 +67,7 @@ def texts(ax: Axes) -> list[str]:
     return [text.get_text() for text in ax.texts if isinstance(text, Annotation)]
 
 
+@pytest.mark.slow
 def test_every_point_of_the_curve_is_drawn(torus: vi.BifurcationCurve) -> None:
     lines = drawn(torus.plot(), COLOURS["NS"])
     np.testing.assert_array_equal(
@@ -99,6 +100,7 @@ def test_no_label_covers_another(torus: vi.BifurcationCurve) -> None:
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2))
 
 
+@pytest.mark.slow
 def test_neutral_saddles_are_grey_and_begin_at_the_resonances(
     saddles: vi.BifurcationCurve,
 ) -> None:
@@ -135,6 +137,7 @@ def test_a_point_on_two_curves_is_marked_once(torus: vi.BifurcationCurve) -> Non
     assert sorted(texts(once)) == sorted(texts(twice))
 
 
+@pytest.mark.slow
 def test_kinds_have_colours_and_words(
     torus: vi.BifurcationCurve, breaking: vi.BifurcationCurve
 ) -> None:
@@ -147,6 +150,7 @@ def test_kinds_have_colours_and_words(
     assert ax.get_ylabel() == r"half clearance $\delta$"
 
 
+@pytest.mark.slow
 def test_the_first_curve_decides_the_order_of_the_axes(
     branch: vi.Branch, torus: vi.BifurcationCurve
 ) -> None:
@@ -177,6 +181,7 @@ def test_bounds_are_what_is_shown(torus: vi.BifurcationCurve) -> None:
     assert "2/9" not in texts(ax)  # outside
 
 
+@pytest.mark.slow
 def test_a_machine_in_physical_units_has_si_axes() -> None:
     damper = vi.ImpactDamper.from_physical(
         M1=10.0, M2=1.0, K=2500.0, C=14.2, F0=100.0, Omega=30.0, D=0.1, restitution=0.8

@@ -189,6 +189,7 @@ def test_a_plot_draws_where_asked_and_leaves_the_users_settings_alone(name: str)
 
 
 @pytest.mark.parametrize("name", PLOTS)
+@pytest.mark.slow
 def test_the_same_data_give_the_same_file(name: str, tmp_path: Path) -> None:
     for number in (1, 2):
         plotting.save(PLOTS[name](None), tmp_path / f"{number}.svg")

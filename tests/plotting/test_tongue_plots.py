@@ -52,6 +52,7 @@ def filled(ax: Axes) -> np.ndarray:
     return np.asarray(region.get_xy())
 
 
+@pytest.mark.slow
 def test_the_region_is_bounded_by_both_sides(tongue: vi.Tongue) -> None:
     axis, reach, corners = region_of(tongue)
     assert (axis, reach) == (0, pytest.approx(0.3, abs=1e-12))

@@ -192,6 +192,7 @@ def test_a_branch_is_drawn_in_si_units(variable: str, shown: Shown) -> None:
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
+@pytest.mark.slow
 def test_a_branch_has_its_parameter_in_si_units(name: str) -> None:
     followed = branch(SI, name)
     ax = plotting.plot_branches([followed], bounds=followed.bounds)
@@ -264,6 +265,7 @@ def test_a_command_names_units_of_a_machine_in_si_alone(
 
 
 @pytest.mark.usefixtures("own_folder")
+@pytest.mark.slow
 def test_a_normal_form_has_its_place_and_widths_in_the_units_of_the_machine(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -58,6 +58,7 @@ def amplitude(omega: float) -> float:
 # ---- branches ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_motion_without_impacts_begins_where_it_touches_the_stop(
     response: vi.Response,
 ) -> None:
@@ -123,6 +124,7 @@ def test_between_two_points_the_derivatives_lead_to_the_orbit_there(response: vi
     assert branch.between(k, middle) == pytest.approx(value, abs=100.0 * step**4 + 1e-12)
 
 
+@pytest.mark.slow
 def test_a_soft_stop_has_the_contact_force_of_its_response() -> None:
     def stopped(w: float) -> vi.Mechanism:
         return vi.Mechanism(
@@ -170,6 +172,7 @@ def test_starts_on_a_grid_are_joined_to_the_same_answers() -> None:
         assert sum(answer.members for answer in answers) == 2 + 4  # up and down, and the grid
 
 
+@pytest.mark.slow
 def test_coexisting_motions_of_a_frame_are_in_hertz_and_metres(frame: vi.Response) -> None:
     silent, striking = sorted(frame.at(6.4), key=lambda answer: answer.value)
     assert (silent.motion, striking.motion) == ("1-0-0", "1-1-1")
@@ -316,6 +319,7 @@ def test_a_response_without_a_stable_motion_says_so() -> None:
     assert "no stable motion was found" in repr(found)
 
 
+@pytest.mark.slow
 def test_a_ball_that_is_not_met_leaves_as_much_and_touching_begins_at_a_force_or_a_gap() -> None:
     small = replace(FRAME, force=0.004)
     found = vi.frequency_response(

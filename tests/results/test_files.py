@@ -64,6 +64,7 @@ def stored(broken: vi.Branch, tmp_path_factory: pytest.TempPathFactory) -> vi.Br
 # ---- a result of a file is gone on from ------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_loaded_branch_is_gone_on_from_with_the_same_numbers(
     broken: vi.Branch, stored: vi.Branch
 ) -> None:
@@ -74,6 +75,7 @@ def test_a_loaded_branch_is_gone_on_from_with_the_same_numbers(
     np.testing.assert_array_equal(on.curve.z, expected.curve.z)
 
 
+@pytest.mark.slow
 def test_a_loaded_special_point_is_switched_at_with_the_same_numbers(
     broken: vi.Branch, stored: vi.Branch
 ) -> None:
@@ -84,6 +86,7 @@ def test_a_loaded_special_point_is_switched_at_with_the_same_numbers(
     np.testing.assert_array_equal(here.curve.z, there.curve.z)
 
 
+@pytest.mark.slow
 def test_curves_followed_from_a_loaded_point_are_those_from_the_original(tmp_path: Path) -> None:
     torus = torus_of_set_a()
     loaded = again(torus, tmp_path)
@@ -156,6 +159,7 @@ def test_points_and_normal_forms_are_saved_too(broken: vi.Branch, tmp_path: Path
 
 
 @pytest.mark.parametrize("system", [vi.Family(oscillator, k=1.0, wall=0.5), Bench(k=1.0, wall=0.5)])
+@pytest.mark.slow
 def test_code_is_that_of_the_given_system_and_numbers_are_those_of_the_file(
     system: Any, tmp_path: Path
 ) -> None:
@@ -191,6 +195,7 @@ def test_a_curve_of_a_map_is_loaded_with_the_map(tmp_path: Path) -> None:
     assert repr(loaded["R3_1"].normal_form) == repr(torus["R3_1"].normal_form)
 
 
+@pytest.mark.slow
 def test_a_level_comes_back_without_its_function_and_says_so(tmp_path: Path) -> None:
     found = vi.continue_level(
         vi.symmetric_orbits(paper_damper("A", 0.95))[0],

@@ -172,6 +172,7 @@ def test_there_is_an_example_of_every_class_of_results() -> None:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.slow
 def test_a_result_comes_back_with_the_same_bits(name: str, tmp_path: Path) -> None:
     found = example(name)
     vi.save(found, tmp_path / "result.nc")

@@ -119,6 +119,7 @@ def test_the_contraction_counts_every_impact_with_its_own_restitution() -> None:
     assert found.contraction == pytest.approx(volumes / orbit.period, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_long_flights_keep_the_sum() -> None:
     """The free mass crosses 4000 forced amplitudes; the main one forgets e^500 meanwhile."""
     damper = vi.ImpactDamper(
@@ -159,6 +160,7 @@ def test_the_largest_exponent_of_chaos_is_that_of_lyapunov_exponent(
     assert abs(found.values[0] - wanted.value) <= 3.0 * math.hypot(found.errors[0], wanted.error)
 
 
+@pytest.mark.slow
 def test_errors_cover_the_scatter_of_many_chaotic_runs() -> None:
     """In units of its error a value scatters by one; of 32 values here by 0.7 to 1.3 at 99 %."""
     found = [
@@ -330,6 +332,7 @@ def test_only_the_last_part_counts_where_the_motion_changes() -> None:
     assert 2900 <= _last_part(growth, np.ones(6000)) <= 3100
 
 
+@pytest.mark.slow
 def test_chaos_that_ends_within_the_average_is_left_out() -> None:
     """How long it lasts depends on the last bits of a start: the first that fits is taken."""
     damper = vi.ImpactDamper(

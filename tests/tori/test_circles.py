@@ -193,6 +193,7 @@ def test_two_circles_meet_in_a_fold_around_which_the_family_goes() -> None:
         )
 
 
+@pytest.mark.slow
 def test_a_pair_that_leaves_the_unit_circle_is_a_second_neimark_sacker_point() -> None:
     def twofold(x: Any, p: Any) -> list[Any]:
         c, s = p * math.cos(1.0), p * math.sin(1.0)
@@ -393,6 +394,7 @@ def test_a_given_signature_decides_the_map() -> None:
     assert "do not follow" in none.status
 
 
+@pytest.mark.slow
 def test_a_family_that_approaches_a_resonance_ends_by_breaking() -> None:
     """Set B: down from the upper Neimark-Sacker point, towards 1/5 of the half map."""
     orbit = vi.symmetric_orbits(paper_damper("B", 0.97))[0]
@@ -447,6 +449,7 @@ def test_a_family_in_the_clearance_has_the_circles_that_motions_settle_on() -> N
     assert abs(family.rotation_numbers[-1] - direct.rotation_number) < 1e-11
 
 
+@pytest.mark.slow
 def test_the_damper_of_set_a_has_a_fold_of_circles_next_to_its_lower_birth() -> None:
     """Near the resonance 1/4 of the half map, beyond the reach of the normal form."""
     orbit = vi.symmetric_orbits(paper_damper("A", 1.0))[0]
@@ -517,6 +520,7 @@ def test_the_clearance_does_not_depend_on_where_the_nodes_are() -> None:
     assert moved.clearance_to_grazing == pytest.approx(circle.clearance_to_grazing, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_grazing_along_a_family_is_located_where_the_stop_meets_the_circle() -> None:
     free = vi.find_circle(limited(6.0), REST, symmetric=False)
     top = 6.0 - free.clearance_to_grazing
