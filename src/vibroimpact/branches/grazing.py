@@ -35,12 +35,12 @@ from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.problem import Problem, scaled
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.admissibility import Nearest, Place
+from vibroimpact.orbits.maps import NO_TIME_OF_PERIOD
 from vibroimpact.orbits.newton import guard_sizes, scale_of
 from vibroimpact.orbits.orbit import Orbit
 
 TEST = "gap"  # name of the least gap as a test function
 FINEST_OF_DISTANCE = 1e-13  # a point is known so well, relative to the distance of two points
-NO_TIME_OF_PERIOD = 1e-9  # a flight that is shorter, relative to the period, has no duration
 # a curve that turns further between two points is followed along the chord
 LEAST_COSINE_SQUARED = 0.25
 UNKNOWN = "the least gap is not known all the way between two points"
@@ -118,7 +118,7 @@ class _Between:
         nearest = orbit.gaps.get(self.place) if orbit.converged else None
         if nearest is None:
             return self.unresolved(UNKNOWN)
-        if _belongs_to_impact(orbit, nearest):
+        if belongs_to_impact(orbit, nearest):
             return None
         if why := _no_touch(orbit, nearest):
             return self.unresolved(why)
@@ -148,7 +148,7 @@ class _Between:
         return Unresolved(TEST, self.i, self.i + 1, reason)
 
 
-def _belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
+def belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     """Whether a gap vanishes for another reason: zero speed of an impact, two impacts at once."""
     k, stop = nearest.segment, (nearest.contact, nearest.side)
     if np.abs(orbit.durations).min() < NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum()):

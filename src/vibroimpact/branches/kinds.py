@@ -16,6 +16,7 @@ from vibroimpact._core.checks import refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.branches.beginning import branching, doubled, grown, shrunk
 from vibroimpact.branches.family import EVENT, FLIGHT, SPEED, STICK, OrbitFamily
+from vibroimpact.branches.touch import touch
 from vibroimpact.normal_forms import codimension_one as maps
 from vibroimpact.normal_forms.kind import PointKind, by_label
 
@@ -27,12 +28,12 @@ BREAKING = replace(maps.BREAKING, begins=branching)
 PD = replace(maps.PD, begins=doubled, in_half_map=BREAKING)
 BP = replace(maps.BP, begins=branching, in_half_map=BREAKING)
 GR = PointKind(
-    "GR", "grazing", "grazing: a stop is touched between the impacts", touch=True, begins=grown,
+    "GR", "grazing", "grazing: a stop is touched between the impacts", touch=True, begins=grown, normal_form=touch,
     of_element="grazing: a limit of an element is only touched",
 )  # fmt: skip
 ZERO = PointKind(
     "ZERO", "zero impact speed", "zero impact speed: an impact becomes a touch", touch=True, test=SPEED, begins=shrunk,
-    of_element="zero rate: a limit of an element is only touched",
+    normal_form=touch, of_element="zero rate: a limit of an element is only touched",
 )  # fmt: skip
 SIM = PointKind(
     "SIM", "two impacts at once", "two impacts at once: beyond it they change order", touch=True, test=FLIGHT,

@@ -17,8 +17,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibroimpact.branches.grazing import NO_TIME_OF_PERIOD
 from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.maps import NO_TIME_OF_PERIOD
 from vibroimpact.orbits.orbit import Orbit
 
 

@@ -23,12 +23,15 @@ from vibroimpact.normal_forms.strong_resonance import (
     period_four,
 )
 from vibroimpact.normal_forms.terms import on_pair_manifold
+from vibroimpact.normal_forms.touch import Added, ContactLaw, Scenario, Touch, Window
 
 __all__ = [
+    "Added",
     "BranchPoint",
     "CentreManifold",
     "CodimensionTwo",
     "Composition",
+    "ContactLaw",
     "ExplicitMap",
     "FixedPoint",
     "FixedPointStatus",
@@ -42,7 +45,10 @@ __all__ = [
     "NormalForm",
     "Refusal",
     "Resonance",
+    "Scenario",
     "Status",
+    "Touch",
+    "Window",
     "centre_manifold",
     "codimension_two",
     "fold_directions",

@@ -16,7 +16,6 @@ where no motion is, are those of an analytic continuation. A direction of d + 1 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -28,10 +27,11 @@ from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.prescribed import COASTING_STOP, End, Prescribed, compile_prescribed
 from vibroimpact.model.parameters import parameter_value
-from vibroimpact.orbits.find import converged, later, unfolded
+from vibroimpact.orbits.find import converged, later, mirrored, unfolded
 from vibroimpact.orbits.orbit import Orbit
 
 HIGHEST_ORDER = 3  # the forms have derivatives up to this order
+NO_TIME_OF_PERIOD = 1e-9  # a segment that is shorter, relative to all of them, has no duration
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,21 +187,37 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
             "orbit: its system has no forcing, hence no phase. Take full_map."
         )
     after = share("after", after)
-    compiled = _compiled(orbit, parameter)
     states, durations = unfolded(orbit)
-    passed = after * durations[0]
-    flown = replace(orbit.signature, symmetric=False).ends
-    start = compiled.after(states[0], passed, flown[0].mode)
-    ends = [*compiled.stop_numbers(flown), COASTING_STOP]
-    kept = tuple(i for i in orbit.problem.kept if i < 2 * compiled.degrees)
-    turns = 2.0 * math.pi * orbit.signature.cycles
+    signature = replace(orbit.signature, symmetric=False)
+    whole = replace(orbit, signature=signature, states=states, durations=durations)
+    return map_from(whole, 0, after * float(durations[0]), parameter)
+
+
+def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> SegmentMap:
+    """Return the solved map from a fixed phase: a time after the start of one of its solved segments.
+
+    The half map of a symmetric orbit, over half a period. Segments that take no time are left out: an element
+    is only touched there.
+    """
+    compiled, problem = _compiled(orbit, parameter), orbit.problem
+    turn = float(problem.turn[-1])
+    image = mirrored if orbit.symmetric else later
+    states = np.vstack([orbit.states, image(orbit.states, turn)])
+    durations = np.tile(orbit.durations, 2)
+    ends = (replace(orbit.signature, symmetric=False).ends * 2)[: len(durations)]
+    last = segment + len(orbit.durations)
+    states[segment] = compiled.after(states[segment], time, ends[segment].mode)
+    durations[segment] -= time
+    least = NO_TIME_OF_PERIOD * float(orbit.durations.sum())
+    flown = [k for k in range(segment, last) if durations[k] > least]
+    kept = tuple(i for i in problem.kept if i < 2 * compiled.degrees)
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
-    c = (turns / omega).coefficients
+    c = (turn / omega).coefficients
     return SegmentMap(
-        compiled, np.vstack([start, states[1:], later(states[:1], turns)]),
-        np.concatenate([[durations[0] - passed], durations[1:], [passed]]), tuple(ends),
-        (COASTING_STOP, 0), kept, kept, np.ones(len(kept)), np.array([c[0], c[1], c[3], c[7]]),
-        compiled.mode_number(flown[0].mode),
+        compiled, np.ascontiguousarray(states[[*flown, last]]), np.append(durations[flown], time),
+        (*compiled.stop_numbers(ends[k] for k in flown), COASTING_STOP), (COASTING_STOP, 0), kept, kept,
+        problem.mirror[: len(kept)].copy(), np.array([c[0], c[1], c[3], c[7]]),
+        compiled.mode_number(ends[segment].mode),
     )  # fmt: skip
 
 

@@ -315,7 +315,7 @@ class Orbit(Result):
         """Violated gap, with a tolerance beyond rounding, relative to amplitude and period."""
         slack = nonnegative("slack", slack)
         ends, durations = self.problem.ends, self.durations
-        why = why_inadmissible(self.linearised, ends, durations, self.gaps, self._amplitudes, slack)
+        why = why_inadmissible(self.linearised, ends, durations, self.gaps, self.amplitudes, slack)
         held = (
             ""
             if why or not self.signature.flights
@@ -324,7 +324,7 @@ class Orbit(Result):
         return why or held
 
     @cached_property
-    def _amplitudes(self) -> dict[tuple[int, int], float]:
+    def amplitudes(self) -> dict[tuple[int, int], float]:
         """Sizes of the gaps, by contact and watch."""
         compiled = self.problem.compiled(self.parameter_value)
         return amplitudes(compiled, self.states, self.durations, self.problem.ends)
@@ -345,7 +345,7 @@ class Orbit(Result):
         """
         if not self.signature.flights:
             return min(self.gaps.values(), default=None)
-        sizes = self._amplitudes
+        sizes = self.amplitudes
         length = max(
             (size for (_, watch), size in sizes.items() if watch == GAP_WATCH), default=0.0
         )
