@@ -123,13 +123,36 @@ def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixtur
     assert "attractors met: 1 at 6 points" in out
 
 
-def test_a_grid_of_starts_is_that_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
-    argv = ["sweep", CASE, "--over", "omega=1.1", "--grid", "x1=-1:2:3", "--grid", "v2=0,3"]
+def test_axes_of_a_sweep_may_be_coordinates_of_the_start(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    argv = ["sweep", CASE, "--over", "omega=1.1", "--over", "x1=-1:2:3", "--over", "v2=0,3"]
     out = said([*argv, *SHORT, "--out", "s.nc"], capsys)
     assert "omega 1.1, x1 -1 to 2 (3), v2 0 to 3 (2)\n6 members: 6 ok" in out
     starts = vi.GridStarts({"x1": [-1.0, 0.5, 2.0], "v2": [0.0, 3.0]}, MIDDLE)
     expected = vi.sweep(SET_A, over={"omega": [1.1]}, start=starts, **WINDOW)
     xr.testing.assert_equal(opened("s.nc"), expected)
+
+
+def test_a_plane_of_a_parameter_and_a_coordinate_has_the_first_axis_as_its_abscissa(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    argv = ["plane", CASE, "--over", "v2=0,3", "--over", OMEGA, *SHORT, "--out", "p.nc"]
+    said([*argv, "--out", "p.svg"], capsys)
+    over = {"v2": [0.0, 3.0], "omega": OVER["omega"]}
+    expected = vi.plane(SET_A, over=over, start=MIDDLE, **WINDOW)
+    assert expected["motion"].dims == ("v2", "omega")
+    xr.testing.assert_equal(opened("p.nc"), expected)
+
+
+def test_a_plane_of_more_axes_counts_attractors_from_the_coordinates_among_them(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    argv = ["plane", CASE, "--over", OMEGA, "--over", "x1=0,1", "--over", "v2=0,3", *SHORT]
+    said([*argv, "--out", "p.nc"], capsys)
+    starts = vi.GridStarts({"x1": [0.0, 1.0], "v2": [0.0, 3.0]}, MIDDLE)
+    expected = vi.multistability(SET_A, over={"omega": OVER["omega"]}, start=starts, **WINDOW)
+    xr.testing.assert_equal(opened("p.nc"), expected)
 
 
 def test_observers_take_the_options_of_the_library(capsys: pytest.CaptureFixture[str]) -> None:
@@ -280,7 +303,7 @@ def test_an_interruption_after_the_sweep_says_that_the_store_is_there(
         ([*PLANE, "--over", "zeta=0,0.1", "--starts", "2", "--bounds", "x1=0:1"], "one or two para"),
         ([*PLANE[:4], "--starts", "2", "--bounds", "x1=0:1", "--most-motions", "3"], "most_motions: is for planes"),
         ([*PLANE, "--symbols", "1-1-1", "--variable", "period"], "are the colours of 'motion'"),
-        (["sweep", *PLANE[1:], "--grid", "x1=0,1", "--variable", "n"], "must have two"),
+        (["sweep", *PLANE[1:], "--over", "x1=0,1", "--variable", "n"], "one or two parameters"),
         ([*PLANE, "--most-motions", "9"], "most_motions = 9: must be at most 7"),
         ([*PLANE, "--symbols", "1"], "symbols = ['1']: must be 1 to 7 different ones"),
         ([*PLANE, "--variable", "attractors"], "'attractors': must be one of"),
@@ -316,12 +339,13 @@ def test_a_mistake_about_the_picture_is_found_before_the_work(
         ([*RANDOM, "2", "--bounds", "y=0:1"], "bounds = 'y': must be one of x1, x2, v1, v2, phase"),
         ([*RANDOM, "2", "--bounds", "x1=0:1:2"], "bounds = x1=0:1:2: must be NAME=LOW:HIGH"),
         ([*RANDOM, "2", "--bounds", "x1=0:1", "--bounds", "x1=0:2"], "bounds = x1: is given twice"),
-        ([*RANDOM, "2", "--grid", "x1=0:1:2"], "grid: excludes --starts"),
+        ([*RANDOM, "2", "--bounds", "v1=0:1", "--over", "x1=0:1:2"], "over = x1: a coordinate of the start varies one"),
+        (["sweep", CASE, "--over", "x3=0:1:2", "--omega", "1"], "'x3': must be one of x1, x2, v1, v2, phase"),
         ([*RANDOM, "2", "--bounds", "x1=1:0"], "x1=1:0: must be NAME=LOW:HIGH with LOW < HIGH"),
-        (["sweep", CASE, "--over", OMEGA, "--grid", "x1=0,0"], "grid = x1=0,0: must have each val"),
+        (["sweep", CASE, "--over", OMEGA, "--over", "x1=0,0"], "over = x1=0,0: must have each val"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:stop=A:stop=B"], "stop is given"),
         (["sweep", CASE, "--over", OMEGA, "--client", "tcp://node:1"], "is for backend = 'dask'"),
-        (["diagram", CASE, "--over", OMEGA, "--grid", "x1=0,1"], "--grid: is no option of vibroimpact diagram"),
+        (["diagram", CASE, "--omega", "1", "--over", "x1=0,1"], "a diagram is along a parameter"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:end=B"], "'end' must be one of p"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "impacts:a=1"], "'a' must be left out"),
         (["sweep", CASE, "--over", OMEGA, "--observe", "section:points=x"], "a whole number"),

@@ -46,6 +46,15 @@ MADE: dict[str, Callable[[], xr.Dataset]] = {
         DAMPER, over=GRID, start=START, observe=["lyapunov", vi.observe.Symbol(tolerance=1e-4)],
         **SHORT,
     ),
+    "a grid of starts": lambda: vi.sweep(
+        DAMPER, over={"phase": [0.0, 1.0], "omega": [1.0, 1.1], "v2": [0.0, 1.0]}, start=START, **SHORT
+    ),
+    "a plane along a coordinate": lambda: vi.plane(
+        DAMPER, over={"v2": [0.0, 1.0], "omega": [1.0, 1.1]}, start=START, **SHORT
+    ),
+    "a count from a grid": lambda: vi.multistability(
+        DAMPER, over={"v2": [0.0, 1.0], "omega": [1.0, 1.1]}, start=START, **SHORT
+    ),
     "basins": lambda: vi.basins(
         DAMPER, over={"v2": [0.0, 1.0], "phase": [0.0, 1.0]}, start=START, at=vi.AtStop("B"),
         same_within=1e-4, most_classified=5, **SHORT,

@@ -165,6 +165,12 @@ def test_a_grid_of_starts_is_the_same_starts_one_by_one():
                 np.testing.assert_array_equal(point[name], alone[name], err_msg=name)
 
 
+def test_a_coordinate_of_the_start_is_an_axis_like_a_parameter():
+    mixed = swept({"x2": [-3.0, 4.0], "omega": [1.1, 1.2], "v1": [-1.0, 0.5]}, PLAIN)
+    grid = vi.GridStarts({"x2": [-3.0, 4.0], "v1": [-1.0, 0.5]}, PLAIN)
+    xr.testing.assert_identical(mixed, swept({"omega": [1.1, 1.2]}, grid))
+
+
 def test_listed_starts_go_on_where_another_sweep_ended():
     first = vi.GridStarts({"v1": [-1.0, 0.5, 0.7]}, PLAIN)
     ended = swept({}, first, observe="final")
@@ -372,7 +378,10 @@ BAD = {
     "a value out of range": ({"over": {"restitution": [0.5, 1.5]}}, "restitution = 1.5"),
     "no axis": ({"over": {}}, "names no parameter"),
     "axes that are no dictionary": ({"over": [1.0]}, "must be a dictionary"),
-    "an axis of starts": ({"over": {"x1": [0.0]}}, r"'x1': must be .*start=vi.GridStarts"),
+    "a coordinate that no state has": ({"over": {"x9": [0.0]}}, "'x9': must be one of x1, x2, v1"),
+    "a coordinate beside several starts": (
+        {"over": {"x1": [0.0]}, "start": vi.GridStarts({"v1": [0.0, 1.0]}, PLAIN)}, "varies one state",
+    ),
     "an unknown observer": ({"observe": "symbols"}, "symbols"),
     "a kind of observer": ({"observe": vi.observe.Section}, r"such as Section\(\)"),
     "progress that is none": ({"progress": "yes"}, "progress = 'yes': must be True, a function"),

@@ -28,7 +28,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         parser,
         over="the parameter and its values",
         observe="more than the section",
-        grid=False,
     )
     common.add_arguments_of(parser, bifurcation_sweep, SECTION)
     parser.add_argument(
@@ -41,7 +40,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Done:
     """Compute the diagram."""
     common.check_count("over", arguments.over, 1, common.GRID)
-    case = common.case_of(arguments, arguments.over)
+    case = common.case_of(arguments, ensemble.parameters_over(arguments))
     start = ensemble.start_of(arguments, case)
     compute: Callable[..., xr.Dataset] = partial(
         bifurcation_sweep, case.system, observe=ensemble.observed(arguments),

@@ -19,12 +19,12 @@ from vibroimpact.cli.common import GRID, RANGE
 from vibroimpact.cli.output import Done, rehearse_picture
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.toml_file import Case
-from vibroimpact.model.state import State, names_of_state
+from vibroimpact.model.state import COORDINATE, State, names_of_state
 from vibroimpact.results.result import words_of_codes
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.selection import observer_of
 from vibroimpact.sweeps.observers.table import OBSERVERS
-from vibroimpact.sweeps.starts import GridStarts, RandomStarts, Start
+from vibroimpact.sweeps.starts import RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ HOW = ("store", "backend", "workers", "client", "tile")
 
 
 def add_members(
-    parser: argparse.ArgumentParser, over: str, observe: str, *, grid: bool = True
+    parser: argparse.ArgumentParser, over: str, observe: str
 ) -> None:
     """Add the options of the members: the system, one start or many, the grid, the observers."""
     common.add_start(parser, at_orbit=False)
@@ -51,10 +51,6 @@ def add_members(
     group.add_argument("--starts", type=int, metavar="COUNT", help="how many")
     group.add_argument("--seed", type=int, help="of the random numbers (default: 0)")
     common.add_named(group, "--bounds", RANGE, "a coordinate and its bounds; may be repeated")
-    parser.set_defaults(grid={})
-    if grid:
-        text = "a grid of starts instead: a coordinate and its values; may be repeated"
-        common.add_named(parser, "--grid", GRID, text)
     add_over(parser, over)
     parser.add_argument(
         "--observe", default="", metavar="A,B,...",
@@ -85,14 +81,9 @@ def options_of(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def start_of(arguments: argparse.Namespace, case: Case) -> Start:
     """Start, or starts, of the members by the arguments."""
-    base = common.start_of(arguments, case, arguments.over)
+    base = common.start_of(arguments, case, parameters_over(arguments))
     random, bounds = common.given(arguments, ["starts", "seed"]), arguments.bounds
     known = names_of_state(len(base.position))
-    if arguments.grid:
-        if random or bounds:
-            raise InvalidParameterError("grid: excludes --starts, --seed and --bounds.")
-        common.check_names("grid", arguments.grid, known)
-        return GridStarts(arguments.grid, base)
     if "starts" not in random:
         if random or bounds:
             raise InvalidParameterError("seed, bounds: are for random starts. Give --starts COUNT.")
@@ -104,6 +95,11 @@ def start_of(arguments: argparse.Namespace, case: Case) -> Start:
         )
     common.check_names("bounds", bounds, known)
     return RandomStarts(arguments.starts, arguments.seed or 0, bounds, base)
+
+
+def parameters_over(arguments: argparse.Namespace) -> dict[str, Floats]:
+    """Axes of the grid that are parameters of the system; the others are coordinates of the start."""
+    return {name: x for name, x in arguments.over.items() if not COORDINATE.fullmatch(name)}
 
 
 def observed(arguments: argparse.Namespace) -> list[Observer]:
@@ -153,16 +149,16 @@ def computed(
     return report(arguments, case, found, more(found), lambda: draw(found))
 
 
-def picture_over(arguments: argparse.Namespace) -> Callable[..., Axes]:
+def picture_over(axes: common.Values) -> Callable[..., Axes]:
     """Function that draws a number of each member over one parameter, or over two."""
     from vibroimpact.plotting import plot_along, plot_plane
 
-    if len(arguments.over) > 2:
+    if len(axes) > 2:
         raise InvalidParameterError(
-            f"over = {', '.join(arguments.over)}: a picture has one or two parameters. Of more, keep "
+            f"over = {', '.join(axes)}: a picture has one or two parameters. Of more, keep "
             "the numbers: --out FILE.nc."
         )
-    return plot_plane if len(arguments.over) == 2 else plot_along
+    return plot_plane if len(axes) == 2 else plot_along
 
 
 # ---- what was found ------------------------------------------------------------------------------

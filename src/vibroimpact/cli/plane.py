@@ -11,7 +11,6 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact.cli import common, ensemble
 from vibroimpact.cli.output import Done
-from vibroimpact.model.state import State
 from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.motion_codes import categories
 from vibroimpact.sweeps.analyses.plane import multistability, plane
@@ -36,7 +35,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     ensemble.add_members(
         parser,
-        over="a parameter and its values; two of them, the first for the abscissa",
+        over="a parameter, or a coordinate of the start, x1, ..., v1, ..., phase, and its values; two of them, the first for "
+        "the abscissa. Of more the coordinates are starts from which attractors are counted",
         observe="more than symbol and impacts",
     )
     common.add_arguments_of(parser, sweep, ["follow"])
@@ -55,7 +55,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "same colours",
     )  # fmt: skip
     common.add_arguments_of(
-        parser.add_argument_group("counting attractors", "With many starts, at every point."),
+        parser.add_argument_group("counting attractors", "With --starts, or more than two axes, at every point of the parameters."),
         basins, COUNTING,
     )  # fmt: skip
     ensemble.add_window(parser)
@@ -63,23 +63,24 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Compute the motions, or count the attractors."""
-    over = arguments.over
-    if arguments.starts is None and not arguments.grid:
-        common.check_count("over", over, 2, common.GRID)
-    case = common.case_of(arguments, over)
+    parameters = ensemble.parameters_over(arguments)
+    many = arguments.starts is not None or len(arguments.over) > max(2, len(parameters))
+    if not many:
+        common.check_count("over", arguments.over, 2, common.GRID)
+    case = common.case_of(arguments, parameters)
     start = ensemble.start_of(arguments, case)
-    looks = common.given(arguments, LOOKS)
-    if len(over) == 1 and (unused := sorted(looks.keys() - {"variable"})):
+    looks, axes = common.given(arguments, LOOKS), parameters if many else arguments.over
+    if len(axes) == 1 and (unused := sorted(looks.keys() - {"variable"})):
         raise InvalidParameterError(f"{unused[0]}: is for planes. Give --over twice.")
     compute: Callable[..., xr.Dataset]
-    if isinstance(start, State):
+    if not many:
         compute = partial(plane, case.system, observe=_observed(arguments))
     else:
         compute = partial(multistability, case.system, **_counting(arguments))
         looks = {"variable": "attractors"} | looks
 
     def draw(of: xr.Dataset) -> Axes:
-        return ensemble.picture_over(arguments)(of, **looks)
+        return ensemble.picture_over(axes)(of, **looks)
 
     return ensemble.computed(arguments, case, start, compute, draw, _counts)
 

@@ -26,7 +26,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     ensemble.add_members(
         parser,
-        over="a parameter and its values",
+        over="a parameter, or a coordinate of the start, x1, ..., v1, ..., phase, and its values",
         observe="observers, by default symbol",
     )
     common.add_arguments_of(parser, sweep, ["follow"])
@@ -39,7 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Done:
     """Sweep."""
-    case = common.case_of(arguments, arguments.over)
+    case = common.case_of(arguments, ensemble.parameters_over(arguments))
     start = ensemble.start_of(arguments, case)
     compute: Callable[..., xr.Dataset] = partial(
         sweep, case.system, observe=ensemble.observed(arguments) or "symbol"
@@ -52,4 +52,4 @@ def _picture(arguments: argparse.Namespace, found: xr.Dataset) -> Axes:
         raise InvalidParameterError(
             f"variable: missing. Take one of {', '.join(map(str, found.data_vars))}."
         )
-    return ensemble.picture_over(arguments)(found, variable=arguments.variable)
+    return ensemble.picture_over(arguments.over)(found, variable=arguments.variable)

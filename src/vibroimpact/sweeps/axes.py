@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -62,7 +63,7 @@ def parameter_axes(system: System, over: Mapping[str, ArrayLike]) -> dict[str, F
     mechanism_of(system)
     axes = {}
     for name, values in over.items():
-        _check_name(system, name)
+        parameter_value(system, name)  # refuses an unknown one
         axes[name] = axis_of("over", name, values)
     _refuse_twins(system, axes)
     for corner in corners(axes):
@@ -77,16 +78,15 @@ def corners(axes: Mapping[str, Floats]) -> Iterator[dict[str, float]]:
         yield dict(zip(axes, values, strict=True))
 
 
-def _check_name(system: System, name: str) -> None:
-    """Refuse an unknown parameter, with advice if it is a coordinate of the start."""
+def is_coordinate(system: System, name: Any) -> bool:
+    """Whether a name is one of a coordinate of a state, x1, v1, phase, and of no parameter of the system."""
+    if not isinstance(name, str) or not COORDINATE.fullmatch(name):
+        return False
     try:
         parameter_value(system, name)
-    except InvalidParameterError as error:
-        if not COORDINATE.fullmatch(name):
-            raise
-        raise InvalidParameterError(
-            f"{error} Coordinates of the start are varied by start=vi.GridStarts(...), vi.basins."
-        ) from None
+    except InvalidParameterError:
+        return True
+    return False
 
 
 def _build(system: System, values: Mapping[str, float]) -> None:

@@ -24,7 +24,7 @@ from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability, plane
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.observers.table import OBSERVERS
-from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts, Start
+from vibroimpact.sweeps.starts import ListedStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
 
@@ -93,7 +93,7 @@ def _arguments(found: xr.Dataset, shared: tuple[str, ...]) -> dict[str, Any]:
     _check_whole(found)
     attrs = found.attrs
     read: dict[str, Callable[[], Any]] = {
-        "over": lambda: {name: found[name].values for name in _swept(found)},
+        "over": lambda: {name: found[name].values for name in _axes(found)},
         "start": lambda: _start(found),
         "observe": lambda: _observers(json_of("observe", attrs["observe"])),
         "follow": lambda: attrs["follow"] or None,
@@ -147,13 +147,20 @@ def _swept(found: xr.Dataset) -> list[str]:
     return [name for name in found.attrs["swept"].split(", ") if name]
 
 
+def _axes(found: xr.Dataset) -> list[str]:
+    """Names of the axes in their order: parameters that were swept, coordinates of the start."""
+    described = json_of("start", found.attrs["start"])
+    names = {*_swept(found), *(described["over"] if described["kind"] == "grid" else ())}
+    return [str(name) for name in found["end"].dims if name in names]
+
+
 def _observers(described: list[dict[str, Any]]) -> list[Observer]:
     """Observers with their options."""
     return [OBSERVERS[one.pop("observer")](**one) for one in described]
 
 
 def _start(found: xr.Dataset) -> Start:
-    """Starts; those of a grid and of a list from their coordinates."""
+    """Starts; those of a list from their coordinates, of a grid the state that its axes vary."""
     described = json_of("start", found.attrs["start"])
     kind = described.pop("kind")
     if kind == "listed":
@@ -161,8 +168,6 @@ def _start(found: xr.Dataset) -> Start:
     base = State(**described.pop("base"))
     if kind == "random":
         return RandomStarts(base=base, **described)
-    if kind == "grid":
-        return GridStarts({name: found[name].values for name in described["over"]}, base)
     return base
 
 

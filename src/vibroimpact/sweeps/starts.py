@@ -28,7 +28,8 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State, names_of_state
-from vibroimpact.sweeps.axes import axis_of
+from vibroimpact.model.system import System
+from vibroimpact.sweeps.axes import axis_of, is_coordinate
 
 # Random numbers in [0, 1) are the upper 53 of 64 random bits, so far apart.
 RANDOM_SPACING = 2.0**-53
@@ -386,6 +387,31 @@ class ListedStarts:
 
 Many = RandomStarts | GridStarts | ListedStarts
 Start = State | Many
+
+
+Over = Mapping[str, ArrayLike]
+
+
+def grid_of(system: System, over: Over, start: Start) -> tuple[Over, Start]:
+    """Parameters of a grid, and its starts: a state varied along the axes that are coordinates of it.
+
+    Raises
+    ------
+    InvalidParameterError
+        Coordinates that no state has; coordinates beside several starts.
+    """
+    if not isinstance(over, Mapping):
+        raise refusal("over", over, "a dictionary from names of parameters to values")
+    varied_by = {name: values for name, values in over.items() if is_coordinate(system, name)}
+    if not varied_by:
+        return over, start
+    if not isinstance(start, State):
+        raise InvalidParameterError(
+            f"over = {', '.join(varied_by)}: a coordinate of the start varies one state. Give one start instead of "
+            "several, or leave it out of over."
+        )
+    rest = {name: values for name, values in over.items() if name not in varied_by}
+    return rest, GridStarts(varied_by, start)
 
 
 def _in_order(argument: str, by_name: Any, base: Any) -> list[str]:

@@ -55,7 +55,7 @@ from vibroimpact.sweeps.observers.selection import resolve, rounds
 from vibroimpact.sweeps.plan import Plan, Window
 from vibroimpact.sweeps.schema import Schema, schema_of
 from vibroimpact.sweeps.specification import SweepSpec, specification_of
-from vibroimpact.sweeps.starts import Start, Starts, starts_of
+from vibroimpact.sweeps.starts import Start, Starts, grid_of, starts_of
 
 # By default a member may have, at each stop and in every cycle of its fastest motion, a chatter
 # down to rounding, log(eps) / log(restitution) impacts, and so many more; stops with a greater
@@ -94,11 +94,12 @@ def sweep(
         A :class:`~vibroimpact.Mechanism`, or anything with a ``mechanism``, such as
         :class:`~vibroimpact.ImpactDamper`.
     over
-        Values by name of a parameter (parameters.py), each (k,), finite, all different. May be
-        empty if there are several starts.
+        Values by name, each (k,), finite, all different: of parameters of the system, and of coordinates of the
+        start, x1, x2, ..., v1, v2, ..., phase [rad]. May be empty if there are several starts.
     start
-        A :class:`~vibroimpact.State`, :class:`~vibroimpact.RandomStarts`,
-        :class:`~vibroimpact.GridStarts` or :class:`~vibroimpact.ListedStarts`.
+        A :class:`~vibroimpact.State`, which gives the coordinates that ``over`` does not vary. Or, with parameters
+        alone in ``over``, :class:`~vibroimpact.RandomStarts`, :class:`~vibroimpact.GridStarts` or
+        :class:`~vibroimpact.ListedStarts`.
     observe
         Observers: names, or observers with options such as ``vi.observe.Section(points=50)``, one
         or several.
@@ -215,6 +216,7 @@ def plan_of(
     most_impacts: int | None,
 ) -> Plan:
     """Check the arguments of a sweep."""
+    over, start = grid_of(system, over, start)
     axes = parameter_axes(system, over)
     first = with_parameters(system, {name: float(axis[0]) for name, axis in axes.items()})
     mechanism = mechanism_of(first)

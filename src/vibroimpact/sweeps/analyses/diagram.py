@@ -21,6 +21,7 @@ from vibroimpact._core.progress import ProgressOption, interruptible
 from vibroimpact.model.state import STATE, State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.places import AtPhase, AtStop
+from vibroimpact.sweeps.axes import is_coordinate
 from vibroimpact.sweeps.observers.attractor_section import observed_place, section_observer
 from vibroimpact.sweeps.observers.selection import describe
 from vibroimpact.sweeps.options import (
@@ -114,6 +115,12 @@ def bifurcation_sweep(
     {'direction': 2, 'omega': 6, 'point': 5}
     """
     check_axes(over, 1, "one parameter with its values", '{"omega": np.linspace(0.9, 1.1, 400)}')
+    (name,) = over
+    if is_coordinate(system, name):
+        raise InvalidParameterError(
+            f"over = {name}: a diagram is along a parameter. Along a coordinate of the start take vi.sweep, along "
+            "two vi.basins."
+        )
     check_choice("way", way, WAYS)
     check_kind(
         "start", start, (State, RandomStarts, ListedStarts),
@@ -128,7 +135,7 @@ def bifurcation_sweep(
         "client": client, "tile": tile, "progress": progress,
     }  # fmt: skip
     if isinstance(start, State):
-        members = _followed(system, next(iter(over)), way, start, requested)
+        members = _followed(system, name, way, start, requested)
     else:
         members = sweep(system, start=start, **requested)
     more = describe(observers_of(observe))

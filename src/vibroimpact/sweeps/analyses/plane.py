@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vibroimpact._core.checks import check_kind, share, shown
+from vibroimpact._core.checks import share, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
@@ -40,7 +40,7 @@ from vibroimpact.sweeps.options import (
     check_axes,
     together,
 )
-from vibroimpact.sweeps.starts import Many
+from vibroimpact.sweeps.starts import Start, grid_of
 from vibroimpact.sweeps.sweep import sweep
 
 COUNTED_POINTS = 16  # so many points of each member are counted
@@ -65,16 +65,17 @@ def plane(
     tile: int | None = None,
     progress: ProgressOption = True,
 ) -> xr.Dataset:
-    """Compute the motion at every point of a plane of two parameters.
+    """Compute the motion at every point of a plane of two parameters, or coordinates of the start.
 
     Parameters
     ----------
     system
         System with the other parameters.
     over
-        Values of two parameters; the first is the abscissa of figures.
+        Values of two parameters of the system or coordinates of the start (x1, v1, ..., phase), or of one of each;
+        the first is the abscissa of figures.
     start
-        Start of every member.
+        Start of every member, with the coordinates that ``over`` does not vary.
     observe
         Further observers, such as "lyapunov"; "symbol" and "impacts" are always included,
         ``Symbol`` with other options if it is given.
@@ -92,7 +93,7 @@ def plane(
     Raises
     ------
     InvalidParameterError
-        Other than two parameters; as for ``sweep``.
+        Other than two axes; as for ``sweep``.
 
     Notes
     -----
@@ -115,14 +116,14 @@ def plane(
     >>> found["motion"].attrs["flag_meanings"]
     '1-1-1'
     """
-    check_axes(over, 2, "two parameters with their values", EXAMPLE)
+    check_axes(over, 2, "two parameters, or coordinates of the start, with their values", EXAMPLE)
     observers = together(["symbol", "impacts"], observe)
     members = sweep(
         system, over=over, start=start, observe=observers, follow=follow,
         settle_periods=settle_periods, periods=periods, most_impacts=most_impacts, store=store,
         backend=backend, workers=workers, client=client, tile=tile, progress=progress,
     )  # fmt: skip
-    return with_motions(members).assign_attrs(call_of("plane"))
+    return with_motions(members.transpose(*over, ...)).assign_attrs(call_of("plane"))
 
 
 def _impacts(members: xr.Dataset) -> xr.Variable:
@@ -146,7 +147,7 @@ def multistability(
     system: System,
     *,
     over: Mapping[str, ArrayLike],
-    start: Many,
+    start: Start,
     at: AtStop | AtPhase | None = None,
     same_within: float = MEMBER_DISTANCE,
     follow: str | None = None,
@@ -167,9 +168,11 @@ def multistability(
     system
         System with the other parameters.
     over
-        Values of one, two or more parameters.
+        Values of one, two or more parameters. Coordinates of the start among them are no points of the grid, but
+        make the starts.
     start
-        The starts, the same ones at every point.
+        The starts, the same ones at every point; or, with coordinates in ``over``, a
+        :class:`~vibroimpact.State` that gives the others.
     at
         Where the points are by which attractors are compared, as for :func:`~vibroimpact.basins`.
     same_within
@@ -197,11 +200,12 @@ def multistability(
     one lies in the gaps between the points of the other; near attractors are joined rather than
     one counted twice. Transients longer than ``settle_periods`` count as attractors.
     """
-    check_kind("over", over, Mapping, "a dictionary from names of parameters to values")
+    over, start = grid_of(system, over, start)
     if isinstance(start, State) or not over:
         raise InvalidParameterError(
             f"start = {shown(start)}, over = {shown(over)}: must be RandomStarts, GridStarts or "
-            "ListedStarts, and at least one parameter. For one system take vi.basins."
+            "ListedStarts, or a State that coordinates in over vary, and at least one parameter. For one system take "
+            "vi.basins."
         )
     share("same_within", same_within)
     place = observed_place(system, at)
