@@ -26,6 +26,7 @@ from vibroimpact.plotting import plot_branch_multipliers, plot_branches, style
 from vibroimpact.plotting.branch_multipliers import _step
 from vibroimpact.plotting.branches import LINES
 from vibroimpact.plotting.labels import Labels
+from vibroimpact.plotting.motion_colours import OWN, colours_of
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
@@ -47,7 +48,7 @@ def broken(symmetric: vi.Branch) -> vi.Branch:
     return found
 
 
-COLOURS = style.series(2)
+COLOURS = colours_of(["1-1-1", "1-1-1"])
 
 
 def stretches(ax: Axes, colour: str = COLOURS[0]) -> list[tuple[str, NDArray[np.float64]]]:
@@ -210,7 +211,8 @@ def test_at_a_stop_every_impact_there_is_drawn_and_the_mirror_images(broken: vi.
     expected = [unfolded[k, 0] for unfolded in [doubled.orbit(0).states] for k in (0, 2)]
     image = [-doubled.orbit(0).states[k, 0] for k in (1, 3)]
     ax = plot_branches([doubled], variable="x1", stop=(0, 1), mirror=True, marks=False)
-    at_start = [p[0, 1] for _, p in stretches(ax) if p[0, 0] == doubled.values[0]]
+    drawn = stretches(ax, OWN[doubled.symbol])
+    at_start = [p[0, 1] for _, p in drawn if p[0, 0] == doubled.values[0]]
     np.testing.assert_array_equal(sorted(at_start), sorted([*expected, *image]))
 
 

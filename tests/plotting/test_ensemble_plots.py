@@ -12,6 +12,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgb
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 
 import vibroimpact as vi
 from vibroimpact import plotting
-from vibroimpact.plotting import maps, style
+from vibroimpact.plotting import maps, motion_colours, style
 from vibroimpact.plotting import plane as plane_look
 from vibroimpact.plotting.maps import edges, geometric
 from vibroimpact.plotting.rotation_look import fractions
@@ -146,19 +148,31 @@ def test_a_sweep_is_drawn_as_the_plane_that_it_becomes() -> None:
         np.testing.assert_array_equal(one, other)
 
 
-def test_planes_that_are_given_the_same_symbols_have_the_same_colours() -> None:
+def test_a_symbol_has_the_same_colour_in_every_picture() -> None:
     plane = some_plane()
     n = plane.n.copy(data=np.select([plane.n == 1, plane.n == 2], [2, 1], plane.n))
     other = plane.assign(n=n, p=n, q=n).drop_vars(["motion", "lyapunov"])
     planes = plane, other.assign(motion=motions(other))
-    usual, unusual = (legend(plotting.plot_plane(some)) for some in planes)
-    assert usual["1-1-1"] != unusual["1-1-1"]  # each the most frequent first
     named = ["12-12-12", "3-3-3", "1-1-1", "2-2-2"]  # the first of which does not occur
+    own = {symbol: to_rgb(motion_colours.OWN[symbol]) for symbol in named[1:]}
     for some in planes:
+        assert legend(plotting.plot_plane(some)).items() >= own.items()
         found = legend(plotting.plot_plane(some, symbols=named))
         assert list(found)[:4] == [*named[1:], plane_look.OTHER]
-        colours_of = [found[symbol] for symbol in named[1:]]
-        assert colours_of == [to_rgb(colour) for colour in plane_look.COLOURS[1:4]]
+        assert found.items() >= own.items()
+    known = legend(plotting.plot_basins(some_basins()))
+    assert known["1-1-1 a, 50%"] == own["1-1-1"]
+    assert known["chaotic a, 16.7%"] == to_rgb(plane_look.PLAIN["chaotic"])
+
+
+@given(st.lists(st.sampled_from([*motion_colours.OWN, "7-7-7", "5-1-3", "1-1-1,0-1"]), max_size=40))
+def test_motions_of_a_picture_have_different_colours(words: list[str]) -> None:
+    found = motion_colours.colours_of(words)
+    assert len({*found}) == min(
+        len(words), len({*found, *motion_colours.PALETTE, *motion_colours.MORE})
+    )
+    for word in set(words) & set(motion_colours.COMMON):
+        assert found[words.index(word)] == motion_colours.OWN[word]
 
 
 @pytest.mark.parametrize(
@@ -269,7 +283,7 @@ def test_colours_of_symbols_are_told_apart_by_readers_without_red_or_green() -> 
             [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]]
         ),
     }
-    shown = [*plane_look.COLOURS, style.SILVER, *plane_look.PLAIN.values(), *maps.FAILED]
+    shown = [*motion_colours.PALETTE, style.SILVER, *plane_look.PLAIN.values(), *maps.FAILED]
     for matrix in reduced.values():
         seen = [matrix @ (np.array(to_rgb(c)) ** 2.2) for c in shown]
         for one, other in combinations(seen, 2):

@@ -380,7 +380,8 @@ BAD = {
     "axes that are no dictionary": ({"over": [1.0]}, "must be a dictionary"),
     "a coordinate that no state has": ({"over": {"x9": [0.0]}}, "'x9': must be one of x1, x2, v1"),
     "a coordinate beside several starts": (
-        {"over": {"x1": [0.0]}, "start": vi.GridStarts({"v1": [0.0, 1.0]}, PLAIN)}, "varies one state",
+        {"over": {"x1": [0.0]}, "start": vi.GridStarts({"v1": [0.0, 1.0]}, PLAIN)},
+        "varies one state",
     ),
     "an unknown observer": ({"observe": "symbols"}, "symbols"),
     "a kind of observer": ({"observe": vi.observe.Section}, r"such as Section\(\)"),

@@ -38,9 +38,7 @@ HOW = ("store", "backend", "workers", "client", "tile")
 # ---- options -------------------------------------------------------------------------------------
 
 
-def add_members(
-    parser: argparse.ArgumentParser, over: str, observe: str
-) -> None:
+def add_members(parser: argparse.ArgumentParser, over: str, observe: str) -> None:
     """Add the options of the members: the system, one start or many, the grid, the observers."""
     common.add_start(parser, at_orbit=False)
     group = parser.add_argument_group(

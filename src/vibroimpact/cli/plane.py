@@ -35,8 +35,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     ensemble.add_members(
         parser,
-        over="a parameter, or a coordinate of the start, x1, ..., v1, ..., phase, and its values; two of them, the first for "
-        "the abscissa. Of more the coordinates are starts from which attractors are counted",
+        over="a parameter, or a coordinate of the start, x1, ..., v1, ..., phase, and its values; two of them, the "
+        "first for the abscissa. Of more the coordinates are starts from which attractors are counted",
         observe="more than symbol and impacts",
     )
     common.add_arguments_of(parser, sweep, ["follow"])
@@ -51,11 +51,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--symbols", nargs="+", action="extend", metavar="SYMBOL",
-        help="these symbols instead, in the order of the colours: 1-1-1 2-2-2; planes with the same list have the "
-        "same colours",
+        help="these symbols instead, in the order of the legend: 1-1-1 2-2-2",
     )  # fmt: skip
     common.add_arguments_of(
-        parser.add_argument_group("counting attractors", "With --starts, or more than two axes, at every point of the parameters."),
+        parser.add_argument_group(
+            "counting attractors", "With --starts, or more than two axes, at every point of the parameters."
+        ),
         basins, COUNTING,
     )  # fmt: skip
     ensemble.add_window(parser)

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_flag
-from vibroimpact.plotting import maps, style
+from vibroimpact.plotting import maps, motion_colours, style
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.variables import check_dataset, units_of_sweep
 from vibroimpact.results.result import words_of_codes
 
-COLOURS = (
-    style.SKY, style.ORANGE, style.GREEN, style.YELLOW, style.PURPLE, style.BLUE, style.VERMILION,
-)  # fmt: skip
+MOST_ATTRACTORS = 7  # so many have a colour of their own
+LETTER = re.compile(r" [a-z]{1,2}$")  # of attractors with one symbol
 OTHER = "other attractors"
 BEHIND = "behind stop"  # not a possible start
 ELSEWHERE = "attractors marked there\nhave other values of what is not shown"
@@ -99,9 +100,12 @@ def _shades(labels: xr.DataArray, *, explained: bool = False) -> list[maps.Shade
 
 def _colours(labels: xr.DataArray) -> dict[int, str]:
     """Colours of attractors by code; a part of the dataset has the colours of the whole."""
-    names = {words: code for code, words in words_of_codes(labels).items() if code >= 0}
+    held = {code: words for code, words in words_of_codes(labels).items() if code >= 0}
+    names = {words.replace("_", " "): code for code, words in held.items()}
     order = maps.with_mirrors({words: -code for words, code in names.items()})
-    return dict(zip((names[words] for words in order), COLOURS, strict=False))
+    order = order[:MOST_ATTRACTORS]
+    colours = motion_colours.colours_of([LETTER.sub("", name) for name in order])
+    return {names[name]: colour for name, colour in zip(order, colours, strict=True)}
 
 
 def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
@@ -111,11 +115,12 @@ def _mark(ax: Axes, basins: xr.Dataset, names: tuple[str, str]) -> None:
     for code in [code for code in words_of_codes(basins["attractor"]) if code >= 0]:
         here = np.flatnonzero((labels == code).ravel())[:MOST_MARKED_POINTS]
         x, y = (end[here] for end in ends)
-        few = _places(ax, x, y) <= MOST_LARGE_MARKS
+        few, colour = _places(ax, x, y) <= MOST_LARGE_MARKS, colours.get(code, style.SILVER)
+        dark = colour in (motion_colours.CHAOTIC, motion_colours.NOT_PERIODIC)
         ax.plot(
             x, y, linestyle="none", marker=MARKERS[code % len(MARKERS)] if few else ".",
             markersize=5.5 if few else 2.0,
-            markerfacecolor=colours.get(code, style.SILVER) if few else style.BLACK,
+            markerfacecolor=colour if few else "white" if dark else style.BLACK,
             markeredgecolor=style.BLACK, markeredgewidth=0.9 if few else 0.0, clip_on=True,
         )  # fmt: skip
 

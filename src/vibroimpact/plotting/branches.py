@@ -21,6 +21,7 @@ from vibroimpact.plotting import style
 from vibroimpact.plotting.bifurcation_diagram import NO_IMPACT
 from vibroimpact.plotting.branch_looks import in_order, marker_of, parameter_label
 from vibroimpact.plotting.labels import Labels
+from vibroimpact.plotting.motion_colours import colours_of
 from vibroimpact.plotting.sections import coordinate_label
 from vibroimpact.plotting.variables import check_dataset
 
@@ -91,7 +92,7 @@ def plot_branches(
     (name,) = names
     units = units_of(*(branch.family.system for branch in branches))
     view = _View(variable, stop)
-    colours = style.series(len(branches))
+    colours = colours_of([branch.symbol for branch in branches])
     rows = -(-len(branches) // LEGEND_COLUMNS)
     height = 1.25 * style.HEIGHT + rows * style.LEGEND_ROW_INCHES
     with style.drawing(ax, width=1.6 * style.WIDTH, height=height) as ax:
@@ -106,9 +107,9 @@ def plot_branches(
         shown = bounds or _range(branches, attractors)
         style.whole_range(ax, shown)
         ax.set(xlabel=parameter_label(name, units), ylabel=_label(variable, units))
-        _legend(ax, branches, seen, points=marks, cloud=attractors is not None)
+        _legend(ax, branches, colours, seen, points=marks, cloud=attractors is not None)
         if marks:
-            _special_points(ax, branches, view)
+            _special_points(ax, branches, colours, view)
     return ax
 
 
@@ -188,9 +189,11 @@ def _branch(
     return {Stability(s) for s in points.stability}
 
 
-def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
+def _special_points(
+    ax: Axes, branches: Sequence[Branch], colours: Sequence[str], view: _View
+) -> None:
     labels = Labels(ax)
-    for branch, colour in zip(branches, style.series(len(branches)), strict=True):
+    for branch, colour in zip(branches, colours, strict=True):
         points = profile(branch)
         across = points.parameter
         for values in _curves(branch, points, view)[:1]:
@@ -202,13 +205,17 @@ def _special_points(ax: Axes, branches: Sequence[Branch], view: _View) -> None:
 
 
 def _legend(
-    ax: Axes, branches: Sequence[Branch], seen: set[Stability], *, points: bool, cloud: bool
+    ax: Axes,
+    branches: Sequence[Branch],
+    colours: Sequence[str],
+    seen: set[Stability],
+    *,
+    points: bool,
+    cloud: bool,
 ) -> None:
     """Add the entries of the legend; they hold no data."""
     if len(branches) > 1:
-        for number, (branch, colour) in enumerate(
-            zip(branches, style.series(len(branches)), strict=True)
-        ):
+        for number, (branch, colour) in enumerate(zip(branches, colours, strict=True)):
             kind = ", symmetric" if branch.family.signature.symmetric else ""
             ax.plot([], [], color=colour, linewidth=1.2, label=f"{number}: {branch.symbol}{kind}")
     for stability in sorted(seen):

@@ -17,6 +17,7 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.search_result import OrbitSearch
 from vibroimpact.plotting import style
+from vibroimpact.plotting.motion_colours import colours_of
 from vibroimpact.plotting.sections import coordinate_label, coordinate_names
 from vibroimpact.plotting.variables import combination
 
@@ -80,7 +81,8 @@ def plot_orbits(
         check_choice(axis, name, names)
     units = units_of(search.system)
     with style.drawing(ax, height=style.WIDTH * 0.8) as ax:
-        for orbit, colour in zip(search.orbits, style.series(len(search)), strict=True):
+        colours = colours_of([orbit.symbol for orbit in search.orbits])
+        for orbit, colour in zip(search.orbits, colours, strict=True):
             states = flights_of(orbit).states.copy()
             states[:, -1] %= 2.0 * np.pi
             across, up = (states[:, names.index(n)] for n in (x, y))

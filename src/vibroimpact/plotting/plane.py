@@ -16,21 +16,19 @@ from matplotlib.ticker import MaxNLocator
 from vibroimpact._core.checks import check_count, check_kind, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.units import Units
-from vibroimpact.plotting import maps, rotation_look, style
+from vibroimpact.plotting import maps, motion_colours, rotation_look, style
 from vibroimpact.plotting.branch_looks import parameter_label
 from vibroimpact.plotting.variables import check_dataset, label_of, units_of_sweep, variable_of
 from vibroimpact.sweeps.analyses.motion_codes import Category, categories
 from vibroimpact.sweeps.analyses.plane import ADDED, MADE_OF, with_motions
 
-COLOURS = (
-    style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.GREEN, style.YELLOW, style.PURPLE,
-)  # fmt: skip
+MOST_MOTIONS = 7  # so many symbols have a colour of their own at most
 OTHER = "other periodic"
 SYMBOL = re.compile(r"(\d+-)?\d+-\d+(,\d+-\d+)*( \(contact \d+(, \d+)*\))?")
 PLAIN = {
-    "not periodic": "#6F6F6F",
-    "chaotic": "#1A1A1A",
-    "no impacts": "#FFFFFF",
+    "not periodic": motion_colours.NOT_PERIODIC,
+    "chaotic": motion_colours.CHAOTIC,
+    "no impacts": motion_colours.WITHOUT_IMPACTS,
     "not computed": style.NOTHING,
 }
 MOST_STEPS = 12  # whole numbers that have a step of colour each
@@ -59,10 +57,9 @@ def plot_plane(
         attractors), or another number in the dataset.
     most_motions
         Symbols with a colour of their own, 1 to 7, the most frequent ones, mirror images next to
-        each other; the rest is "other periodic".
+        each other; the rest is "other periodic". A symbol has the same colour in every picture.
     symbols
-        These symbols instead, up to 7, in the order of the colours: ``["1-1-1", "2-2-2"]``.
-        Planes with the same list have the same colours, whether all occur or not.
+        These symbols instead, up to 7, in the order of the legend: ``["1-1-1", "2-2-2"]``.
 
     Returns
     -------
@@ -75,7 +72,7 @@ def plot_plane(
     plane = _completed(plane, variable)
     variable_of(plane, variable)
     units = units_of_sweep(plane)
-    check_count("most_motions", most_motions, 1, len(COLOURS))
+    check_count("most_motions", most_motions, 1, MOST_MOTIONS)
     if symbols is not None:
         _check_symbols(symbols, variable)
     across, up = maps.over_two(plane[variable])
@@ -97,21 +94,21 @@ def _check_symbols(symbols: Sequence[str], variable: str) -> None:
         raise InvalidParameterError(
             f"symbols = {symbols!r}, variable = {variable!r}: symbols are the colours of 'motion'."
         )
-    listed = isinstance(symbols, list | tuple) and 0 < len(symbols) <= len(COLOURS)
+    listed = isinstance(symbols, list | tuple) and 0 < len(symbols) <= MOST_MOTIONS
     words = [s for s in symbols if SYMBOL.fullmatch(str(s))] if listed else []
     if not listed or len(set(words)) < len(symbols):
         raise refusal(
-            "symbols", symbols, f"1 to {len(COLOURS)} different ones, such as ['1-1-1', '2-2-2']"
+            "symbols", symbols, f"1 to {MOST_MOTIONS} different ones, such as ['1-1-1', '2-2-2']"
         )
 
 
 def _own_colours(found: Sequence[Category], chosen: Sequence[str] | int) -> dict[int, str]:
-    """Colours by code, for the first symbols or for the named ones that occur."""
+    """Colours by code, for the most frequent symbols or for the named ones that occur."""
     counts = {one.words: one.members for one in found if one.code >= 0}
     if isinstance(chosen, int):
         chosen = maps.with_mirrors(counts)[:chosen]
     code_of = {one.words: one.code for one in found}
-    pairs = zip(chosen, COLOURS, strict=False)
+    pairs = zip(chosen, motion_colours.colours_of(chosen), strict=True)
     return {code_of[symbol]: colour for symbol, colour in pairs if symbol in code_of}
 
 
