@@ -19,6 +19,7 @@ import pytest
 import xarray as xr
 from support.bifurcations import PLANE, torus_of_a_map
 from support.massless import RIGID, maxwell
+from support.pictures import assert_nothing_is_cut
 
 import vibroimpact as vi
 from vibroimpact import plotting
@@ -115,6 +116,11 @@ def circles() -> xr.Dataset:
         },
         coords={"offset": offsets, "coordinate": names, "start": ["first"]},
     )
+
+
+def in_print(columns: int) -> None:
+    with plotting.print_style(columns):
+        pass
 
 
 def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
@@ -559,6 +565,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "plot_invariant_circle": (
             plotting.plot_invariant_circle, {"circle": circle, "x": "x1", "y": "x2", "ax": None},
         ),
+        "print_style": (in_print, {"columns": 1}),
         "plot_tongue": (plotting.plot_tongue, {"tongue": locked, "ax": None}),
         "plot_section": (
             plotting.plot_section,
@@ -799,7 +806,7 @@ NAMES = [
     "RecordResponse.peak_acceleration", "RecordResponse.to_dataset", "RecordResponse.plot",
     "free_decay", "free_decay, start", "FreeDecay.to_dataset", "FreeDecay.plot", "sine_sweep",
     "sine_sweep, rate", "SineSweep.quantity", "SineSweep.plot", "response_spectrum",
-    "ResponseSpectrum.plot", "plot_free_decay", "plot_sine_sweep",
+    "ResponseSpectrum.plot", "print_style", "plot_free_decay", "plot_sine_sweep",
     "plot_record", "plot_record_response", "plot_response_spectrum",
 ]  # fmt: skip
 
@@ -841,6 +848,18 @@ def test_nonsense_is_answered_by_an_error_of_the_package(
             bare.append(f"{argument} = {label}: {type(error).__name__}: {error}")
         plt.close("all")
     assert not bare, "\n".join(bare)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("columns", [1, 2])
+@pytest.mark.parametrize("name", [name for name in NAMES if name.startswith("plot_")])
+def test_every_plot_fits_in_print(
+    name: str, columns: int, table: tuple[dict[str, Call], dict[str, Any]]
+) -> None:
+    call, valid = table[0][name]
+    with plotting.print_style(columns):
+        assert_nothing_is_cut(call(**valid).get_figure(root=True))
+    plt.close("all")
 
 
 # ---- flags and names of files --------------------------------------------------------------------

@@ -572,3 +572,8 @@ def add_out(
         help=f"write {', '.join(listed[:-1])}{' or ' * (len(listed) > 1)}{listed[-1]}; may be "
         "repeated; an existing file is replaced",
     )  # fmt: skip
+    if pictures:
+        parser.add_argument(
+            "--columns", type=int, choices=(1, 2),
+            help="pictures for print, as wide as one column of a journal or two: 86 or 178 mm",
+        )  # fmt: skip

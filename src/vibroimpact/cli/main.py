@@ -129,7 +129,7 @@ def _done(arguments: argparse.Namespace) -> str:
     done = arguments.run(arguments)
     check_interrupted(*done.said)
     said = _encodable("".join(f"{one}\n" for one in done.said))
-    written = write(arguments.out, done)
+    written = write(arguments.out, done, getattr(arguments, "columns", None))
     return said + (_encodable(f"wrote {', '.join(map(str, written))}\n") if written else "")
 
 

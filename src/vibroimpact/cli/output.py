@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -26,20 +26,21 @@ class Done(NamedTuple):
     page: Callable[[], str] | None = None
 
 
-def write(paths: Sequence[Path], done: Done) -> list[Path]:
-    """Write files by their suffixes, all of them or none, and return their names."""
-    contents = {path: content for one in paths for path, content in _files(one, done)}
+def write(paths: Sequence[Path], done: Done, columns: int | None = None) -> list[Path]:
+    """Write files by their suffixes, all of them or none, and return their names; pictures for print in columns."""
+    contents = {path: content for one in paths for path, content in _files(one, done, columns)}
     write_files(contents, "out")
     return [*contents]
 
 
-def _files(path: Path, done: Done) -> Iterator[tuple[Path, bytes]]:
+def _files(path: Path, done: Done, columns: int | None) -> Iterator[tuple[Path, bytes]]:
     """Files of one name, with their contents."""
     suffix = path.suffix.lower()
     if suffix in PICTURES and done.picture:
-        from vibroimpact.plotting.style import content_of_picture
+        from vibroimpact.plotting.style import content_of_picture, print_style
 
-        with _drawn(done.picture) as ax:
+        printed = print_style(columns) if columns else nullcontext()
+        with printed, _drawn(done.picture) as ax:
             yield path, content_of_picture(ax, suffix)
     elif suffix in PAGES and done.page:
         yield path, done.page().encode()

@@ -1,5 +1,7 @@
 """Figures of results. Every function draws a given result on ``ax``, by default a new figure, and returns its Axes.
 
+For a journal draw inside of ``with plotting.print_style(columns=1):`` (docs/pictures.md).
+
 >>> import vibroimpact as vi
 >>> from vibroimpact import plotting
 >>> damper = vi.ImpactDamper(mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8,
@@ -32,7 +34,7 @@ from vibroimpact.plotting.phase_portrait import plot_phase_portrait
 from vibroimpact.plotting.plane import plot_plane
 from vibroimpact.plotting.response import plot_response, plot_tuned_damper
 from vibroimpact.plotting.sections import plot_section
-from vibroimpact.plotting.style import save
+from vibroimpact.plotting.style import print_style, save
 from vibroimpact.plotting.tori import plot_circle_branch, plot_invariant_circle
 from vibroimpact.plotting.transients import (
     plot_free_decay,
@@ -77,5 +79,6 @@ __all__ = [
     "plot_sine_sweep",
     "plot_tongue",
     "plot_tuned_damper",
+    "print_style",
     "save",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Any, cast
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 from scipy.optimize import linear_sum_assignment
 
 from vibroimpact._core.checks import check_kind
@@ -96,9 +95,8 @@ def _paths(ax: Axes, branch: Branch) -> None:
     for path in values.T:
         ax.scatter(path.real, path.imag, c=parameter, s=3.0, linewidths=0.0, cmap=COLOURS,
                    norm=norm, zorder=3)  # fmt: skip
-    figure = cast(Figure, ax.get_figure(root=True))
     colours = ScalarMappable(norm, mpl.colormaps[COLOURS])
-    figure.colorbar(colours, ax=ax, label=parameter_label(branch.parameter, units), shrink=0.85)
+    style.colour_bar(ax, colours, parameter_label(branch.parameter, units), shrink=0.85)
 
 
 def _multipliers(branch: Branch, points: BranchProfile) -> Complexes:

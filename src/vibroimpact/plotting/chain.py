@@ -248,7 +248,7 @@ class Chain:
         high, middle = self.height, x + MASS / 2.0
         symbols.box(ax, (x, 0.0), MASS, high)
         force = bool(force_text(self.m, i))
-        name = f"$m_{{{i + 1}}}={self.m.mass[i][i]:g}$"
+        name = f"$m_{{{i + 1}}}={self.m.mass[i][i]:.4g}$"
         ax.text(middle, high / 2.0 + (0.35 if force else 0.0), name, ha="center", va="center",
                 fontsize=9.0)  # fmt: skip
         if force:
@@ -293,8 +293,10 @@ def draw_chain(m: Mechanism, ax: Axes | None) -> Axes:
     """Draw a mechanism on axes, or on a new figure of a size that suits it."""
     chain = Chain(m)
     width, height = chain.size
-    with style.drawing(ax, width=INCHES_PER_UNIT * width, height=INCHES_PER_UNIT * height) as ax:
+    inches = INCHES_PER_UNIT * width, INCHES_PER_UNIT * height
+    with style.drawing(ax, width=inches[0], height=inches[1]) as ax:
         chain.draw(ax)
+        style.shrink_texts(ax, *inches)
     return ax
 
 

@@ -298,10 +298,7 @@ def _legend(ax: Axes, entries: Sequence[dict[str, Any]]) -> None:
         before = None
     known = {line.get_label() for line in lines}
     lines += [ax.plot([], [], **entry)[0] for entry in entries if entry["label"] not in known]
-    legend = ax.legend(
-        handles=lines, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=LEGEND_COLUMNS,
-        borderaxespad=0.0, borderpad=0.2, columnspacing=1.2, handlelength=1.8,
-    )  # fmt: skip
+    legend = style.legend_outside(ax, columns=LEGEND_COLUMNS, handles=lines, handlelength=1.8)
     legend.set_gid(LEGEND)
     if before is not None and before is not legend:
         ax.add_artist(before)

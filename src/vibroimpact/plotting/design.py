@@ -116,7 +116,7 @@ def plot_design_map(found: DesignMap, *, ax: Axes | None = None) -> Axes:
             x, found.ridge, color=style.BLACK,
             linestyle="--", linewidth=0.9, label=f"best {second.replace('_', ' ')}",
         )  # fmt: skip
-        ax.figure.colorbar(mesh, ax=ax, label="reduction [dB]")
+        style.colour_bar(ax, mesh, "reduction [dB]")
         ax.set(xlabel=parameter_label(first, units), ylabel=parameter_label(second, units))
         style.legend_outside(ax, columns=1)
     return ax

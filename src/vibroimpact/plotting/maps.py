@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any, Literal, NamedTuple, cast
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
@@ -126,22 +125,24 @@ def numbers(
     mesh(ax, field, colours, norm)
     if field.isnull().any():
         _legend(ax, "lower right", [(missing, style.NOTHING)])
-    figure = cast(Figure, ax.get_figure(root=True))
-    return figure.colorbar(ScalarMappable(norm, colours), ax=ax, label=label, pad=0.02, **bar)
+    return style.colour_bar(ax, ScalarMappable(norm, colours), label, pad=0.02, **bar)
 
 
 def _legend(
     ax: Axes, corner: Literal["upper left", "lower right"], patches: Sequence[tuple[str, str]]
 ) -> None:
-    """Legend of words and colours, with one of its corners at the upper right one of the axes."""
+    """Legend of words and colours, with a corner at the upper right one of the axes; above them where it is wide."""
     handles = [
         Patch(facecolor=colour, edgecolor=EDGE, linewidth=0.4, label=words)
         for words, colour in patches
     ]
-    ax.legend(
-        handles=handles, loc=corner, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3,
-        handlelength=1.0, handleheight=1.0, labelspacing=0.35,
-    )  # fmt: skip
+    look: dict[str, Any] = {
+        "handles": handles, "handlelength": 1.0, "handleheight": 1.0, "labelspacing": 0.35,
+    }  # fmt: skip
+    legend = ax.legend(loc=corner, bbox_to_anchor=(1.0, 1.0), borderaxespad=0.3, **look)
+    beside = style.LARGEST_SHARE_BESIDE * style.width_of_axes(ax)
+    if corner == "upper left" and style.width_of(legend) > beside:
+        style.legend_outside(ax, columns=4, **look)
 
 
 def ends(values: NDArray[np.float64]) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from vibroimpact.plotting.chain import draw_chain
 
 # Places on the drawing board, in its own units.
 WALL, MASS, SLOT = 0.0, (3.2, 0.0, 5.0, 2.6), (3.9, 0.85, 3.6, 0.9)  # x, y, width, height
+WIDTH, HEIGHT = 4.2, 2.4  # inches
 FREE_RADIUS, SPRING_Y, DASHPOT_Y = 0.42, 1.95, 0.65
 MIDDLE = SLOT[0] + SLOT[2] / 2.0
 FREE_AT = MIDDLE + 0.7  # the free mass is off the middle, so that x2 - x1 is visible
@@ -41,7 +42,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, caption: bool = Tr
     check_flag("caption", caption)
     if not isinstance(system, ImpactDamper):
         return draw_chain(mechanism_of(system), ax)
-    with style.drawing(ax, width=4.2, height=2.4) as ax:
+    with style.drawing(ax, width=WIDTH, height=HEIGHT) as ax:
         _wall(ax)
         _spring(ax)
         _dashpot(ax)
@@ -52,6 +53,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, caption: bool = Tr
             ax.text(4.9, -1.0, _parameters(system), ha="center", va="top", fontsize=9)
         ax.set(xlim=(-0.6, 10.4), ylim=(-1.7 if caption else -0.6, 3.9), aspect="equal")
         ax.axis("off")
+        style.shrink_texts(ax, WIDTH, HEIGHT)
     return ax
 
 

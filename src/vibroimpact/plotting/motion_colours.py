@@ -25,6 +25,7 @@ PALETTE = (
     style.BLUE, style.ORANGE, style.SKY, style.VERMILION, style.PURPLE, style.GREEN, *SHADED, style.YELLOW, *LIGHT,
 )  # fmt: skip
 """Colours that readers without red or green tell apart, those that are too light for lines last."""
+FOR_LINES = PALETTE[:12]
 COMMON = (
     "1-1-1", "2-2-2", "1-1-0", "1-2-1", "1-1-2", "3-3-3", "1-0-1", "4-4-4", "1-2-2", "2-1-0", "2-0-1", "2-1-1",
     "2-2-0", "2-0-2", "3-1-0", "3-0-1", "2-3-3",
@@ -47,10 +48,9 @@ def colours_of(words: Sequence[str]) -> list[str]:
     for i, word in enumerate(words):
         if word in OWN and OWN[word] not in found.values():
             found[i] = OWN[word]
-    every = (*PALETTE, *MORE)
     for i in sorted(set(range(len(words))) - set(found), key=lambda i: (words[i], i)):
-        first = crc32(words[i].encode()) % len(PALETTE)
-        turned = (*PALETTE[first:], *PALETTE[:first], *MORE)
+        first = crc32(words[i].encode()) % len(FOR_LINES)
+        turned = (*FOR_LINES[first:], *FOR_LINES[:first], *PALETTE, *MORE)
         free = (colour for colour in turned if colour not in found.values())
-        found[i] = next(free, every[first])
+        found[i] = next(free, FOR_LINES[first])
     return [found[i] for i in range(len(words))]

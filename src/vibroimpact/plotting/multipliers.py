@@ -11,7 +11,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core.checks import check_flag, numbers, refusal
@@ -151,6 +150,5 @@ def _points(
     norm = Normalize(float(along.min()), float(along.max()))
     colours = mpl.colormaps[COLOURS]
     ax.scatter(flat.real, flat.imag, c=along[each], cmap=colours, norm=norm, **look)
-    figure = cast(Figure, ax.get_figure(root=True))
-    figure.colorbar(ScalarMappable(norm, colours), ax=ax, shrink=0.9,
-                    label=units.label(r"$\omega$", "frequency"))  # fmt: skip
+    label = units.label(r"$\omega$", "frequency")
+    style.colour_bar(ax, ScalarMappable(norm, colours), label, shrink=0.9)
