@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from support.commands import opened
-from vibroimpact_papers.impact_damper.judged import Word
+from vibroimpact_papers.judged import Word
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli

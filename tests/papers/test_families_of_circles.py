@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from vibroimpact_papers.impact_damper import claims, figures, panels, parameter_sets
+from vibroimpact_papers.impact_damper.evidence import Evidence
 from vibroimpact_papers.impact_damper.families import (
     Family,
     circle_fold,
@@ -17,8 +18,8 @@ from vibroimpact_papers.impact_damper.families import (
     locked_at,
 )
 from vibroimpact_papers.impact_damper.judge_resonances import torus_doubling
-from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.plan import Plan, damper_of
+from vibroimpact_papers.judged import Word
 
 import vibroimpact as vi
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from vibroimpact_papers.folder import whole_folder
-from vibroimpact_papers.impact_damper.judged import Word
+from vibroimpact_papers.judged import Word
 
 from vibroimpact import InvalidParameterError
 from vibroimpact._core.progress import Display

@@ -20,13 +20,14 @@ from vibroimpact_papers.impact_damper import (
     parameter_sets,
 )
 from vibroimpact_papers.impact_damper.circles import ALTERNATE, Measured, measure
+from vibroimpact_papers.impact_damper.evidence import Evidence
 from vibroimpact_papers.impact_damper.judge_circles import circle_here
-from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.normal_forms import Appendix, appendix
 from vibroimpact_papers.impact_damper.plan import Plan
 from vibroimpact_papers.impact_damper.story_circles import point_record
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import symmetric_bifurcations
-from vibroimpact_papers.impact_damper.verdicts import judge, plain
+from vibroimpact_papers.impact_damper.verdicts import judge
+from vibroimpact_papers.judged import Word, plain
 
 from vibroimpact.orbits.maps import full_map, half_map
 from vibroimpact.plotting import plot_circles

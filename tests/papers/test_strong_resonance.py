@@ -10,13 +10,13 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 from vibroimpact_papers.impact_damper import claims, figures, parameter_sets
+from vibroimpact_papers.impact_damper.evidence import Evidence
 from vibroimpact_papers.impact_damper.judge_resonances import (
     born_at_resonance,
     comparison,
     near_resonance,
     torus_doubling,
 )
-from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.plan import Plan, damper_of
 from vibroimpact_papers.impact_damper.resonances import (
     Resonances,
@@ -27,6 +27,7 @@ from vibroimpact_papers.impact_damper.resonances import (
     tongues_from,
 )
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import nus_of, symmetric_bifurcations
+from vibroimpact_papers.judged import Word
 
 import vibroimpact as vi
 from vibroimpact.results.files import result_of

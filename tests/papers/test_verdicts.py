@@ -8,12 +8,13 @@ from types import MappingProxyType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from vibroimpact_papers.impact_damper import Claim, claims, parameter_sets
+from vibroimpact_papers.impact_damper import claims, parameter_sets
+from vibroimpact_papers.impact_damper.evidence import Evidence
 from vibroimpact_papers.impact_damper.judge_motions import matches
-from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.plan import damper_of
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import symmetric_bifurcations
-from vibroimpact_papers.impact_damper.verdicts import RULES, judge, to_json
+from vibroimpact_papers.impact_damper.verdicts import RULES, judge
+from vibroimpact_papers.judged import Claim, Word, to_json
 
 from vibroimpact import InvalidParameterError
 from vibroimpact.attractors.orbit_type import OrbitType

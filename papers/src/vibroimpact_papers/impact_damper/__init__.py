@@ -7,20 +7,17 @@ the library (:mod:`vibroimpact.machines.published`).
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from importlib.resources import files
 from types import MappingProxyType
 from typing import Any
 
 from vibroimpact.machines.published import Panel, ParameterSet, panels, parameter_sets
+from vibroimpact_papers.judged import Claim
 
 __all__ = [
     "TITLE",
-    "Claim",
     "Panel",
     "ParameterSet",
-    "Printed",
     "claims",
     "panels",
     "parameter_sets",
@@ -28,26 +25,6 @@ __all__ = [
 
 TITLE = "Nonlinear dynamic characteristics of a vibro-impact system under harmonic excitation"
 """Title of the paper. The copy at hand names neither authors nor journal."""
-
-Printed = float | int | str | bool | list[float] | list[str]
-"""A printed value in `claims.toml`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """One claim of the paper; `printed` holds its numbers and types, keyed as in `claims.toml`."""
-
-    id: str
-    section: str
-    set: str
-    kind: str
-    quote: str
-    printed: Mapping[str, Printed]
-    panels: tuple[str, ...] = ()
-    omega: float | None = None
-    start: str = ""
-    contradicts: tuple[str, ...] = ()
-    notes: str = field(default="", repr=False)
 
 
 def claims() -> tuple[Claim, ...]:

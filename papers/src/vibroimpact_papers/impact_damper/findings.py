@@ -20,7 +20,7 @@ from vibroimpact_papers.impact_damper.resonances import Distance, Resonances
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 from vibroimpact_papers.impact_damper.transient import Survivors
 from vibroimpact_papers.impact_damper.unfolding import Unfolded
-from vibroimpact_papers.impact_damper.verdicts import plain
+from vibroimpact_papers.judged import plain
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from vibroimpact._core.progress import Display
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.folder import whole_folder
 from vibroimpact_papers.impact_damper import (
-    Claim,
     Panel,
     ParameterSet,
     claims,
@@ -27,9 +26,9 @@ from vibroimpact_papers.impact_damper import (
     parameter_sets,
 )
 from vibroimpact_papers.impact_damper.circles import measure
+from vibroimpact_papers.impact_damper.evidence import Evidence
 from vibroimpact_papers.impact_damper.families import circle_fold, family_data, family_of
 from vibroimpact_papers.impact_damper.findings import Findings, Pictures, Residual
-from vibroimpact_papers.impact_damper.judged import Evidence, Word
 from vibroimpact_papers.impact_damper.misprints import Misprint, default_case, misprints
 from vibroimpact_papers.impact_damper.normal_forms import critical_points
 from vibroimpact_papers.impact_damper.panel_results import (
@@ -61,7 +60,8 @@ from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
 )
 from vibroimpact_papers.impact_damper.transient import PANEL, survivors
 from vibroimpact_papers.impact_damper.unfolding import unfolded, unfolding_data
-from vibroimpact_papers.impact_damper.verdicts import Judgement, judge, score, to_json
+from vibroimpact_papers.impact_damper.verdicts import judge
+from vibroimpact_papers.judged import Claim, Judgement, Word, score, to_json
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -27,7 +27,7 @@ from vibroimpact.continuation import Steps
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.files import dataset_of, result_of
 from vibroimpact.sweeps.analyses.plane import plane
-from vibroimpact_papers.impact_damper import Claim, ParameterSet
+from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.datasets import attributes
 from vibroimpact_papers.impact_damper.plan import BRANCH, Plan, damper_of
 from vibroimpact_papers.impact_damper.planes import REACH, START, frequencies
@@ -36,6 +36,7 @@ from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
     nus_of,
     orbits_by_sign,
 )
+from vibroimpact_papers.judged import Claim
 
 AXES = ("omega", "half_clearance")
 FOLLOWED = ("NS", "SN", "BP")

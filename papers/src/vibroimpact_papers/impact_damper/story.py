@@ -10,14 +10,13 @@ from vibroimpact_papers.impact_damper import TITLE as PAPER
 from vibroimpact_papers.impact_damper.datasets import nearest_resonance
 from vibroimpact_papers.impact_damper.findings import Findings, Pictures, Residual
 from vibroimpact_papers.impact_damper.judge_motions import numbers_of
-from vibroimpact_papers.impact_damper.judged import Word
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.story_circles import circle_blocks
 from vibroimpact_papers.impact_damper.story_ensembles import ensemble_blocks
 from vibroimpact_papers.impact_damper.story_resonances import strong_blocks
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
 from vibroimpact_papers.impact_damper.transient import PANEL, Survivors
-from vibroimpact_papers.impact_damper.verdicts import Judgement, score
+from vibroimpact_papers.judged import Judgement, Word, score
 
 TITLE = "The impact damper: a paper redone"
 NAMES = {"SN": "fold", "BP": "symmetry breaking", "NS": "Neimark-Sacker"}

@@ -1,20 +1,16 @@
-"""Verdicts on the claims: printed, computed, agrees or differs or cannot be decided, and why."""
+"""The rule by which each sort of claim is judged."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-
-import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact_papers.impact_damper import Claim
 from vibroimpact_papers.impact_damper import judge_circles as circles
 from vibroimpact_papers.impact_damper import judge_motions as motions
 from vibroimpact_papers.impact_damper import judge_numbers as rules
 from vibroimpact_papers.impact_damper import judge_resonances as resonances
-from vibroimpact_papers.impact_damper.judged import Evidence, RuleResult, Word
+from vibroimpact_papers.impact_damper.evidence import Evidence
+from vibroimpact_papers.judged import Claim, Judgement, RuleResult
 
 Rule = Callable[[Claim, Evidence], RuleResult]
 
@@ -57,43 +53,6 @@ RULES: Mapping[str, Rule] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """A claim with its verdict."""
-
-    claim: Claim
-    result: RuleResult
-
-    @property
-    def verdict(self) -> Word:
-        """Return the verdict."""
-        return self.result.word
-
-    @property
-    def printed(self) -> str:
-        """Return what is printed, in short."""
-        return in_words(self.claim)
-
-    def record(self) -> dict[str, object]:
-        """Return the judgement as plain data."""
-        claim = self.claim
-        return {
-            "id": claim.id,
-            "section": claim.section,
-            "set": claim.set,
-            "kind": claim.kind,
-            "panels": list(claim.panels),
-            "omega": claim.omega,
-            "quote": claim.quote,
-            "printed": dict(claim.printed),
-            "computed": self.result.computed,
-            "numbers": plain(self.result.numbers),
-            "verdict": self.verdict.value,
-            "witness": self.result.witness,
-            "contradicts": list(claim.contradicts),
-        }
-
-
 def judge(evidence: Evidence) -> tuple[Judgement, ...]:
     """Judge every claim of the evidence by the rule of its kind.
 
@@ -105,79 +64,9 @@ def judge(evidence: Evidence) -> tuple[Judgement, ...]:
     return tuple(Judgement(claim, _rule(claim)(claim, evidence)) for claim in evidence.claims)
 
 
-def score(judgements: tuple[Judgement, ...]) -> dict[Word, int]:
-    """Count the verdicts."""
-    return {word: sum(j.verdict is word for j in judgements) for word in Word}
-
-
-def in_words(claim: Claim) -> str:
-    """Return the printed numbers and types of a claim in a short line."""
-    printed = dict(claim.printed)
-    if claim.kind == "multipliers":
-        first, second = (int(d) for d in printed["decimals"])  # type: ignore[union-attr]
-        return f"{printed['real']:.{first}f} \u00b1 {printed['imaginary']:.{second}f}i"
-    if "type" in printed:
-        return _type_in_words(printed)
-    if claim.kind == "resonance" and "power_is_one" in printed:
-        orders = printed.get("exponents") or [printed["exponent"]]
-        relation = "=" if printed["power_is_one"] else "≠"
-        return f"λᵐ {relation} 1, m = {', '.join(f'{m:g}' for m in orders)}"  # type: ignore[union-attr]
-    shown = {k: v for k, v in printed.items() if k != "decimals"}
-    return ", ".join(f"{_key(k)} {_word(v)}" for k, v in shown.items())
-
-
-def _key(name: str) -> str:
-    return name.replace("omega", "ω").replace("_", " ")
-
-
-def _type_in_words(printed: Mapping[str, object]) -> str:
-    """Return a type with its symbol n-p-q and number of curves."""
-    words = str(printed["type"]).replace("_", " ")
-    if {"n", "p", "q"} <= set(printed):
-        words += " {n}-{p}-{q}".format(**printed)
-    if "minimum_n" in printed:
-        words += f", n \u2265 {printed['minimum_n']}"
-    if "curves" in printed:
-        words += f", {printed['curves']} closed curve{'s' if printed['curves'] != 1 else ''}"
-    return words
-
-
-def to_json(judgements: tuple[Judgement, ...], **more: object) -> str:
-    """Return the whole set of verdicts as text."""
-    content = {
-        **more,
-        "count": {word.value: n for word, n in score(judgements).items()},
-        "verdicts": [j.record() for j in judgements],
-    }
-    return json.dumps(plain(content), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def plain(value: object) -> object:
-    """Return plain numbers, strings, lists and dicts; non-finite numbers become strings."""
-    if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple, np.ndarray)):
-        return [plain(v) for v in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not np.isfinite(value):
-        return str(value)
-    return value
-
-
 def _rule(claim: Claim) -> Rule:
     if claim.kind not in RULES:
         raise InvalidParameterError(
             f"claims.toml, {claim.id}: kind = {claim.kind!r}: must be one of {', '.join(RULES)}."
         )
     return RULES[claim.kind]
-
-
-def _word(value: object) -> str:
-    if isinstance(value, list):
-        return " \u2192 ".join(map(_word, value)) if value and isinstance(value[0], str) else (
-            ", ".join(map(_word, value))
-        )  # fmt: skip
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return str(value).replace("_", " ")

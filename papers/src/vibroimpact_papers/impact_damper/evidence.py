@@ -1,37 +1,22 @@
-"""Evidence and results of verdicts, shared by the rules for numbers and for motions."""
+"""Evidence of verdicts, shared by the rules for numbers and for motions."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 from functools import lru_cache
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.plotting.page import Badge
-from vibroimpact_papers.impact_damper import Claim, ParameterSet
+from vibroimpact_papers.impact_damper import ParameterSet
 from vibroimpact_papers.impact_damper.circles import Measured
 from vibroimpact_papers.impact_damper.families import Family
 from vibroimpact_papers.impact_damper.panel_results import PanelResult
 from vibroimpact_papers.impact_damper.plan import BRANCH, damper_of
 from vibroimpact_papers.impact_damper.resonances import Resonances
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation, orbits_by_sign
-
-
-class Word(Enum):
-    """The three verdicts; the value is shown to the reader, the sign repeats it without colour."""
-
-    AGREES = "agrees"
-    DIFFERS = "differs"
-    UNDECIDED = "cannot be decided"
-
-    @property
-    def badge(self) -> Badge:
-        """The verdict on a page, with a sign that is seen in black and white."""
-        sign = {"agrees": "\u2713", "differs": "\u2717", "cannot be decided": "?"}[self.value]
-        return Badge(f"{sign} {self.value}", self.name.lower())
+from vibroimpact_papers.judged import Claim
 
 
 @lru_cache(maxsize=4096)
@@ -88,22 +73,6 @@ class Evidence:
         return tuple(b for b in self.bifurcations[name] if b.kind == "NS" and b.admissible)
 
 
-@dataclass(frozen=True)
-class RuleResult:
-    """Result of a rule: verdict, computed value in words, and the deciding witness."""
-
-    word: Word
-    computed: str
-    witness: str
-    numbers: dict[str, object] = field(default_factory=dict)
-
-
-def rule_result(holds: bool | None, computed: str, witness: str, **numbers: object) -> RuleResult:
-    """Return the result of a rule; None means that it cannot be decided."""
-    word = {True: Word.AGREES, False: Word.DIFFERS, None: Word.UNDECIDED}[holds]
-    return RuleResult(word, computed, witness, numbers)
-
-
 def number(claim: Claim, key: str) -> float:
     """Read a printed number."""
     value = claim.printed[key]
@@ -120,13 +89,3 @@ def numbers(claim: Claim, key: str) -> list[float]:
     if not isinstance(value, list):
         raise InvalidParameterError(f"claims.toml, {claim.id}: {key} = {value!r}: must be a list.")
     return [float(entry) for entry in value]
-
-
-def half_unit(decimals: float) -> float:
-    """Return half a unit of the last printed digit."""
-    return float(0.5 * 10.0**-decimals)
-
-
-def listed(items: Iterable[str], nothing: str = "none") -> str:
-    """Join items, or say that there are none."""
-    return "; ".join(items) or nothing
