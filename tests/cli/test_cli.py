@@ -12,6 +12,7 @@ import subprocess
 import sys
 import types
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -468,8 +469,8 @@ def test_a_bad_file_is_refused_with_the_reason(
         (["orbit", *CASE, "--config", "no.toml"], "only one may be given"),
         (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .csv, .svg, .png, .pdf"),
         (["orbit", *CASE, "--out", "no/o.nc"], "no must be a folder. Make it first"),
-        (["reproduce", "impact-hammer", "--out", "r"], "'impact-hammer': must be one of impact"),
-        (["reproduce", "impact-damper"], "required: --out"),
+        (["reproduce", "impact-hammer", "--out", "r"], "'impact-hammer': must be all, or of"),
+        (["reproduce", "impact-damper"], "out: missing"),
     ],
     ids=" ".join,
 )  # fmt: skip
@@ -596,6 +597,38 @@ def test_reproduce_hands_the_folder_to_the_case(
     shown = capsys.readouterr().out
     assert "3 agrees, 2 differs" in shown
     assert str(Path("folder/report.html")) in shown
+
+
+def test_reproduce_lists_the_publications_with_their_titles(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert cli.main(["reproduce"]) == 0
+    shown = capsys.readouterr().out
+    assert "impact-damper" in shown
+    assert "a paper redone" in shown
+
+
+def test_several_publications_have_a_folder_each(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    asked: list[Path] = []
+
+    class Paper(NamedTuple):
+        name: str
+
+        def load(self) -> Paper:
+            return self
+
+        def reproduce(self, out: Path) -> types.SimpleNamespace:
+            asked.append(out)
+            return types.SimpleNamespace(score={Word.AGREES: 1})
+
+    papers = [Paper("two"), Paper("one")]
+    monkeypatch.setattr("vibroimpact.cli.reproduce.entry_points", lambda group: papers)  # noqa: ARG005
+    out = tmp_path / "all"
+    assert cli.main(["reproduce", "all", "--out", str(out)]) == 0
+    assert asked == [out / "one", out / "two"]
+    assert "two: 1 agrees" in capsys.readouterr().out
 
 
 def test_reproduce_refuses_a_file_in_the_place_of_its_folder(

@@ -6,9 +6,11 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from pathlib import Path
 
 import numpy as np
 
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.plotting.page import Badge
 
 Printed = float | int | str | bool | list[float] | list[str]
@@ -120,6 +122,19 @@ def score(judgements: tuple[Judgement, ...]) -> dict[Word, int]:
     return {word: sum(j.verdict is word for j in judgements) for word in Word}
 
 
+@dataclass(frozen=True)
+class Summary:
+    """Written files, and the number of verdicts of each sort."""
+
+    out: Path
+    judgements: tuple[Judgement, ...]
+
+    @property
+    def score(self) -> Mapping[Word, int]:
+        """Return the number of verdicts of each sort."""
+        return score(self.judgements)
+
+
 def in_words(claim: Claim) -> str:
     """Return the printed numbers and types of a claim in a short line."""
     printed = dict(claim.printed)
@@ -183,6 +198,22 @@ def _word(value: object) -> str:
     if isinstance(value, bool):
         return "yes" if value else "no"
     return str(value).replace("_", " ")
+
+
+def number(claim: Claim, key: str) -> float:
+    """Read a printed number."""
+    value = claim.printed[key]
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise InvalidParameterError(f"claim {claim.id}: {key} = {value!r}: must be a number.")
+    return float(value)
+
+
+def numbers(claim: Claim, key: str) -> list[float]:
+    """Read a printed list of numbers."""
+    value = claim.printed[key]
+    if not isinstance(value, list):
+        raise InvalidParameterError(f"claim {claim.id}: {key} = {value!r}: must be a list.")
+    return [float(entry) for entry in value]
 
 
 def half_unit(decimals: float) -> float:

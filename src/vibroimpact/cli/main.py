@@ -24,7 +24,7 @@ PIPE_CLOSED = 141  # as of a program that the signal of a broken pipe ends
 COMMANDS = {  # a file of this folder each
     "machines": "list the machines of the catalogue, with a gallery of their pictures",
     "show": "show a machine: equations, parameters, units, defaults, source, and what to try",
-    "reproduce": "redo every figure and number of a publication, with a verdict on each",
+    "reproduce": "judge the statements of publications, figure by figure and number by number",
     "simulate": "simulate a motion and record every impact",
     "classify": "say on what a motion settles: periodic, quasiperiodic or chaotic, with its exponent",
     "lyapunov": "estimate the largest Lyapunov exponent of a motion, or all of them",

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact_papers.impact_damper import ParameterSet
@@ -71,21 +70,3 @@ class Evidence:
     def crossings(self, name: str) -> tuple[Bifurcation, ...]:
         """Return the Neimark-Sacker points of a set that motions of the damper pass."""
         return tuple(b for b in self.bifurcations[name] if b.kind == "NS" and b.admissible)
-
-
-def number(claim: Claim, key: str) -> float:
-    """Read a printed number."""
-    value = claim.printed[key]
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise InvalidParameterError(
-            f"claims.toml, {claim.id}: {key} = {value!r}: must be a number."
-        )
-    return float(value)
-
-
-def numbers(claim: Claim, key: str) -> list[float]:
-    """Read a printed list of numbers."""
-    value = claim.printed[key]
-    if not isinstance(value, list):
-        raise InvalidParameterError(f"claims.toml, {claim.id}: {key} = {value!r}: must be a list.")
-    return [float(entry) for entry in value]

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 
 from vibroimpact_papers.impact_damper.circles import ALTERNATE, Measured
-from vibroimpact_papers.impact_damper.evidence import Evidence, number
-from vibroimpact_papers.judged import Claim, RuleResult, Word, listed, rule_result
+from vibroimpact_papers.impact_damper.evidence import Evidence
+from vibroimpact_papers.judged import Claim, RuleResult, Word, listed, number, rule_result
 
 ORDER = 0.25  # tolerance of a power: the next one is at least half a power away
 RADIUS_ORDER, OFF_ORDER = 1.0, 1.5  # powers of the distance from the point

@@ -22,10 +22,10 @@ import numpy as np
 
 from vibroimpact.attractors.classify import Attractor
 from vibroimpact.attractors.point_sets import Kind
-from vibroimpact_papers.impact_damper.evidence import Evidence, number
+from vibroimpact_papers.impact_damper.evidence import Evidence
 from vibroimpact_papers.impact_damper.measures import extent, harmonics, width
 from vibroimpact_papers.impact_damper.panel_results import LabelledAttractor, PanelResult, labels
-from vibroimpact_papers.judged import Claim, RuleResult, listed, rule_result
+from vibroimpact_papers.judged import Claim, RuleResult, listed, number, rule_result
 
 WITNESS = "classification"
 

@@ -16,10 +16,18 @@ import numpy as np
 from vibroimpact.machines.impact_damper import ImpactDamper
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.simulation.simulate import simulate
-from vibroimpact_papers.impact_damper.evidence import Evidence, all_orbits, number, numbers
+from vibroimpact_papers.impact_damper.evidence import Evidence, all_orbits
 from vibroimpact_papers.impact_damper.misprint_residuals import Letters
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import Bifurcation
-from vibroimpact_papers.judged import Claim, RuleResult, half_unit, listed, rule_result
+from vibroimpact_papers.judged import (
+    Claim,
+    RuleResult,
+    half_unit,
+    listed,
+    number,
+    numbers,
+    rule_result,
+)
 
 EXACT = 1e-3  # the paper's own "lambda^4 = 1" misses by 1.5e-4
 ROUNDING = 1e-10  # for identities between closed forms

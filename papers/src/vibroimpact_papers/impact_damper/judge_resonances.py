@@ -12,9 +12,9 @@ from collections.abc import Mapping
 
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.normal_forms import CodimensionTwo
-from vibroimpact_papers.impact_damper.evidence import Evidence, number
+from vibroimpact_papers.impact_damper.evidence import Evidence
 from vibroimpact_papers.impact_damper.resonances import Resonances, nearest_by_angle
-from vibroimpact_papers.judged import Claim, RuleResult, listed, rule_result
+from vibroimpact_papers.judged import Claim, RuleResult, listed, number, rule_result
 
 NOT_COMPUTED = "curves in two parameters were not computed"
 STRONG_HALF = {1: ("R1", "R2"), 2: ("R4",), 3: ("R3",), 4: ("R4",)}

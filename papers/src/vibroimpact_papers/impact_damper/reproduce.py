@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -51,7 +50,7 @@ from vibroimpact_papers.impact_damper.resonances import (
     resonances_of,
 )
 from vibroimpact_papers.impact_damper.spectra import spectrum_data
-from vibroimpact_papers.impact_damper.story import page
+from vibroimpact_papers.impact_damper.story import TITLE, page
 from vibroimpact_papers.impact_damper.story_circles import point_record
 from vibroimpact_papers.impact_damper.story_resonances import strong_record
 from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
@@ -61,30 +60,18 @@ from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
 from vibroimpact_papers.impact_damper.transient import PANEL, survivors
 from vibroimpact_papers.impact_damper.unfolding import unfolded, unfolding_data
 from vibroimpact_papers.impact_damper.verdicts import judge
-from vibroimpact_papers.judged import Claim, Judgement, Word, score, to_json
+from vibroimpact_papers.judged import Claim, Summary, to_json
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
+title = TITLE  # of the list of publications
 WORKERS = 2  # the kernel releases the lock; numpy and matplotlib do in part
 STAGES = 13
 EXAMPLE_SET, EXAMPLE_PANEL = "A", "2g"  # shown as a section in the introduction
 EXAMPLE_OMEGA, EXAMPLE_IMPACTS = 1.2, 9  # shown as a time history
 PORTRAIT_IMPACTS = 24
 PORTRAIT_PUSH = 0.1  # radians
-
-
-@dataclass(frozen=True)
-class Summary:
-    """Written files, and the number of verdicts of each sort."""
-
-    out: Path
-    judgements: tuple[Judgement, ...]
-
-    @property
-    def score(self) -> Mapping[Word, int]:
-        """Return the number of verdicts of each sort."""
-        return score(self.judgements)
 
 
 def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None = None) -> Summary:
