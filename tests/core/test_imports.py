@@ -39,6 +39,7 @@ def loaded_by(code: str) -> set[str]:
         ("from vibroimpact.cli.main import main; main(['sectoin'])", set()),
         ("from vibroimpact.cli.main import main; main(['reproduce', '--help'])", set()),
         (EVERY_HELP, {"numpy"}),
+        ("from vibroimpact.cli.main import main; main(['machines'])", {"numpy"}),
         ("import vibroimpact as vi; vi.simulate, vi.ImpactDamper", {"numpy"}),
         ("import vibroimpact as vi; vi.section, vi.lyapunov_exponent", {"numpy"}),
         ("import vibroimpact as vi; vi.lyapunov_spectrum", {"numpy"}),

@@ -20,9 +20,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(_: argparse.Namespace) -> Done:
     """List the machines."""
-    from vibroimpact.plotting.gallery import gallery
-
     width = max(map(len, MACHINES)) + 2
     lines = [f"{name:{width}}{head_of(machine_of(name))}" for name in MACHINES]
     more = "vibroimpact show NAME has equations, parameters, units, source, and what to try."
-    return Done([*lines, "", more], page=lambda: gallery([*MACHINES]))
+    return Done([*lines, "", more], page=_page)
+
+
+def _page() -> str:
+    from vibroimpact.plotting.gallery import gallery  # loads matplotlib
+
+    return gallery([*MACHINES])
