@@ -201,6 +201,49 @@ def test_a_result_is_a_table(name: str, tmp_path: Path) -> None:
     assert len(lines) >= len(table) + 1
 
 
+NUMBERS = re.compile(
+    r"z|tangent|arclength|residual|zero_.*|multipliers_.*|special_(arclength|error|parameter)|progress|per_impact|"
+    r"growth|impacts|determinant_error"
+)  # without a unit: multipliers, growths, and what continuation has of its own
+
+
+def in_si(curve: vi.BifurcationCurve) -> vi.BifurcationCurve:
+    """The curve of a machine in SI units with the same numbers."""
+    found = copy.deepcopy(curve)
+    plane = found.problem.equations
+    object.__setattr__(plane, "system", replace(plane.system, si=True))
+    return found
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Attractor", "BifurcationCurve", "Branch", "FreeDecay", "LyapunovEstimate", "LyapunovSpectrum", "Orbit",
+     "OrbitSearch", "RecordResponse", "Run", "Section", "SineSweep", "Tongue"],
+)  # fmt: skip
+def test_every_number_of_a_machine_in_si_has_its_unit(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each variable, or each of its entries: but for those that are plain numbers, codes and words."""
+    for system in ("SET_A", "OSCILLATOR"):
+        monkeypatch.setitem(globals(), system, replace(globals()[system], si=True))
+    if name == "Branch":
+        found = vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.94, 0.96), steps=FEW)
+    elif name == "Orbit":
+        found = vi.symmetric_orbits(SET_A)[0]
+    elif name in ("BifurcationCurve", "Tongue"):
+        side = in_si(torus_of_set_a())
+        found = side if name == "BifurcationCurve" else vi.Tongue(side["2/9_1"], (side, side), 0.1)
+    else:
+        found = EXAMPLES[name]()
+    data = found.to_dataset()
+    bare = [
+        str(key) for key, variable in data.variables.items()
+        if variable.dtype.kind == "f" and not {"units", "units_of_entries"} & set(variable.attrs)
+    ]  # fmt: skip
+    assert not [key for key in bare if not NUMBERS.fullmatch(key)]
+    assert any("units" in variable.attrs for variable in data.variables.values())
+
+
 # ---- copies ----------------------------------------------------------------------------------------
 
 

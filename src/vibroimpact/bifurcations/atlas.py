@@ -29,7 +29,7 @@ from vibroimpact.bifurcations.continue_bifurcation import (
     names_of_two,
     ranges,
 )
-from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves
+from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves, with_units_of
 from vibroimpact.bifurcations.emanating import uninterrupted
 from vibroimpact.bifurcations.kinds import WEAK
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
@@ -102,6 +102,7 @@ class Atlas(Result):
     def to_dataset(self) -> xr.Dataset:
         """Convert to one xarray dataset: points and special points of all curves, with the number of the curve."""
         data = super().to_dataset().assign(of_curves(self.curves, self.names))
+        data = with_units_of(self.curves, self.names, data)
         data = data.assign(curve_orbit=("curves", [_symbol(curve) for curve in self.curves]))
         return data.assign_attrs(failures="\n".join(self.failures))
 

@@ -16,6 +16,7 @@ from vibroimpact.bifurcations.augmented import Augmented, Bounds
 from vibroimpact.bifurcations.tests_along import COSINE
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve, End
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.normal_forms.critical import Refusal
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.results.result import INSIDE, Result, along, rows
@@ -94,11 +95,15 @@ class BifurcationCurve(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """Convert the curve to an xarray dataset: its points, by name of the parameter, and its special points."""
-        data = super().to_dataset().assign(angle=("point", self.angle))
-        for name in self.names:
+        data = super().to_dataset().assign(angle=("point", self.angle, {"units": "rad"}))
+        for k, name in enumerate(self.names):
             at = [point.parameters[name] for point in self.special_points]
-            data = data.assign({f"special_{name}": ("special", np.array(at, dtype=float))})
-        return data.assign_coords(parameter=list(self.names))
+            data = data.assign({
+                name: ("point", self.values[:, k]),
+                f"special_{name}": ("special", np.array(at, dtype=float)),
+            })  # fmt: skip
+        data["values"].attrs |= units_of_curves([self]).of_entries(self.names)
+        return with_units_of([self], self.names, data.assign_coords(parameter=list(self.names)))
 
     def __repr__(self) -> str:
         found = counted(point.kind for point in self.special_points)
@@ -139,6 +144,22 @@ def _number(value: Any) -> str:
     if isinstance(value, complex):
         return f"{value.real:.12g}{value.imag:+.12g}j"
     return f"{value:.12g}" if isinstance(value, float) else str(value)
+
+
+def units_of_curves(curves: Sequence[BifurcationCurve]) -> Units:
+    """Units of the machines of curves; none of maps."""
+    return units_of(*(getattr(curve.problem.equations, "system", None) for curve in curves))
+
+
+def with_units_of(
+    curves: Sequence[BifurcationCurve], names: Sequence[str], data: xr.Dataset
+) -> xr.Dataset:
+    """A dataset with the units of the parameters of curves."""
+    units = units_of_curves(curves)
+    known = {
+        f"{part}{name}": units.quantity_of(name) for part in ("", "special_") for name in names
+    }
+    return units.of_variables(data, known)
 
 
 def of_curves(curves: Sequence[BifurcationCurve], names: tuple[str, str]) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds, is_inside
-from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves
+from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves, with_units_of
 from vibroimpact.bifurcations.emanating import (
     Slice,
     checked_bounds,
@@ -100,7 +100,9 @@ class Tongue(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """Convert to an xarray dataset: points and special points of both sides, with the number of the side."""
-        return super().to_dataset().assign(of_curves(self.sides, self.sides[0].names))
+        names = self.sides[0].names
+        data = super().to_dataset().assign(of_curves(self.sides, names))
+        return with_units_of(self.sides, names, data)
 
     def __repr__(self) -> str:
         p, q = self.resonance

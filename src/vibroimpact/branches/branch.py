@@ -106,10 +106,10 @@ class Branch(Result):
         """Convert the branch to an xarray dataset: its points, and its special points."""
         data = super().to_dataset()
         units = units_of(self.family.system)
-        for name in ("values", "special_parameter"):
-            if name in data:
-                data[name].attrs |= units.attrs(units.quantity_of(self.parameter))
-        return data.assign_attrs(system=repr(self.family.system), symbol=self.symbol)
+        known = dict.fromkeys(("values", "special_parameter"), units.quantity_of(self.parameter))
+        return units.of_variables(data, known).assign_attrs(
+            system=repr(self.family.system), symbol=self.symbol
+        )
 
     def __repr__(self) -> str:
         found = counted(point.kind for point in self.special_points)

@@ -247,6 +247,7 @@ class Design(Result):
             "robust_high": [robust[n].high for n in names],
         }
         seen = [judge.objective for judge in self.search.judges]
+        entries = units_of(self.system).of_entries(names)
         attrs = {"long_name": self.label} | ({"units": self.units[""]} if self.units[""] else {})
         return xr.Dataset(
             {
@@ -257,7 +258,14 @@ class Design(Result):
                 "value": (("judge", "machine"), value, attrs),
                 "points": ("judge", [one.points for one in seen]),
                 "starts": ("judge", [one.starts for one in seen]),
-                **{name: ("parameter", values) for name, values in across.items()},
+                **{
+                    name: (
+                        "parameter",
+                        values,
+                        entries if name in ("best", "robust_low", "robust_high") else {},
+                    )
+                    for name, values in across.items()
+                },
                 "best_value": ((), self.value, attrs),
                 "searched_value": ((), self.searched, attrs),
                 "reduction_db": ((), self.reduction_db, {"units": "dB"}),

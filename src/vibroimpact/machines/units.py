@@ -8,13 +8,16 @@ attribute ``quantity`` of a variable of a sweep names its quantity.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from vibroimpact._core.quantities import UNITS
 from vibroimpact.model.state import COORDINATE
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 COORDINATES = {"x": "length", "v": "velocity"}
 ORDERS = COORDINATES | {"a": "acceleration"}
@@ -72,6 +75,22 @@ class Units(NamedTuple):
         """Label with its unit."""
         unit = self.unit(quantity)
         return f"{text} [{unit}]" if unit else text
+
+    def of_variables(self, data: xr.Dataset, quantities: Mapping[str, str]) -> xr.Dataset:
+        """A dataset with the quantity of each of these variables in its attributes, and the unit in SI."""
+        for name, quantity in quantities.items():
+            if quantity and name in data.variables:
+                data.variables[name].attrs.update({"quantity": quantity} | self.attrs(quantity))
+        return data
+
+    def of_entries(self, names: Iterable[str]) -> dict[str, str]:
+        """Attribute ``units_of_entries`` of a variable whose entries have different units, in the order of names."""
+        quantities = [
+            (name, "rad" if name == "phase" else self.unit(self.quantity_of(name)))
+            for name in names
+        ]
+        words = ", ".join(f"{name} [{unit or 1}]" for name, unit in quantities)
+        return {"units_of_entries": words} if self.si else {}
 
     def attrs(self, quantity: str) -> dict[str, str]:
         """Attribute ``units`` of a variable of a dataset, where it has a unit."""

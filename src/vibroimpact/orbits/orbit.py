@@ -16,9 +16,10 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, Linearised
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
-from vibroimpact.model.state import State
+from vibroimpact.model.state import State, names_of_state
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System
 from vibroimpact.orbits.admissibility import (
@@ -373,16 +374,15 @@ class Orbit(Result):
 
     def to_dataset(self) -> xr.Dataset:
         """Convert the orbit to an xarray dataset, with its multipliers and verdicts."""
-        return (
-            super()
-            .to_dataset()
-            .assign(complex_columns("multipliers", ("multiplier",), self.multipliers))
-            .assign_attrs(
-                symbol=self.symbol,
-                period=self.period,
-                stability=self.stability.words,
-                inadmissible_reason=self.inadmissible_reason,
-            )
+        data = super().to_dataset()
+        names = names_of_state(self.mechanism.degrees)
+        data["states"].attrs |= units_of(self.system).of_entries(names)
+        multipliers = complex_columns("multipliers", ("multiplier",), self.multipliers)
+        return data.assign(multipliers).assign_attrs(
+            symbol=self.symbol,
+            period=self.period,
+            stability=self.stability.words,
+            inadmissible_reason=self.inadmissible_reason,
         )
 
     def __repr__(self) -> str:

@@ -131,7 +131,11 @@ class OrbitSearch(Result):
         n = mechanism_of(self.system).degrees
         states = np.vstack([np.zeros((0, 2 * n + 1)), *(guess.states for guess in guesses)])
         both = ("impact", "coordinate")
-        return (
+        known = {
+            "position": "length", "velocity": "velocity", "duration": "time", "clearance_to_grazing": "length",
+            "least_impact_speed": "velocity",
+        }  # fmt: skip
+        return units_of(self.system).of_variables(
             super()
             .to_dataset()
             .assign(
@@ -143,7 +147,7 @@ class OrbitSearch(Result):
                     "side": ("impact", stops[:, 1].astype(np.int32)),
                     "position": (both, states[:, :n]),
                     "velocity": (both, states[:, n : 2 * n]),
-                    "phase": ("impact", states[:, 2 * n]),
+                    "phase": ("impact", states[:, 2 * n], {"units": "rad"}),
                     "duration": ("impact", np.concatenate([[], *(g.durations for g in guesses)])),
                 },
             )
@@ -151,7 +155,8 @@ class OrbitSearch(Result):
                 motions=_counts(self.motions),
                 guesses=_counts(self.guesses),
                 unresolved="; ".join(f"{n} {why}" for why, n in self.unresolved.items()),
-            )
+            ),
+            known,
         )
 
     def _by_flight(self) -> dict[str, tuple[str, object]]:

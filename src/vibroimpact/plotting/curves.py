@@ -15,15 +15,14 @@ from matplotlib.text import Annotation
 from vibroimpact._core.checks import check_flag, check_kind, ends_of, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
-from vibroimpact.bifurcations.curve import BifurcationCurve
+from vibroimpact.bifurcations.curve import BifurcationCurve, units_of_curves
 from vibroimpact.bifurcations.kinds import WEAK
-from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.stretches import Meaning, stretches
 from vibroimpact.bifurcations.tongue import Tongue
 from vibroimpact.bifurcations.tongue_region import region_of
 from vibroimpact.branches.kinds import SN
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.machines.units import Units, units_of
+from vibroimpact.machines.units import Units
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.plotting import style
 from vibroimpact.plotting.branch_looks import in_order, look_of, parameter_label
@@ -87,7 +86,7 @@ def plot_curves(
     """
     curves = _checked(curves)
     check_flag("marks", marks)
-    names, units = curves[0].names, _units(curves)
+    names, units = curves[0].names, units_of_curves(curves)
     shown = None if bounds is None else _limits(bounds)
     entries = _entries(curves, points=marks)
     with _axes(ax, len(entries)) as drawn_on:
@@ -119,7 +118,7 @@ def plot_tongue(tongue: Tongue, *, ax: Axes | None = None) -> Axes:
         or not. It ends where the first of the two sides turns back or ends; beyond, only the curves are drawn.
     """
     check_kind("tongue", tongue, Tongue, "a Tongue, as vi.tongue gives")
-    names, units = tongue.sides[0].names, _units(tongue.sides)
+    names, units = tongue.sides[0].names, units_of_curves(tongue.sides)
     p, q = tongue.resonance
     entries = [
         _look(SN, Meaning.BIFURCATION) | {"label": f"sides of the tongue {p}/{q}"},
@@ -157,11 +156,6 @@ def _checked(curves: Any) -> Sequence[BifurcationCurve]:
         listed = "; ".join(sorted(", ".join(pair) for pair in names)) or "no parameters"
         raise InvalidParameterError(f"curves in {listed}: need one or more in the same two.")
     return cast(Sequence[BifurcationCurve], curves)
-
-
-def _units(curves: Sequence[BifurcationCurve]) -> Units:
-    planes = [curve.problem.equations for curve in curves]
-    return units_of(*(p.system if isinstance(p, OrbitPlane) else None for p in planes))
 
 
 def _drawn(curve: BifurcationCurve, names: Names, values: Floats) -> Floats:

@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from vibroimpact._core.checks import check_kind
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting import style
 from vibroimpact.simulation.lyapunov import LyapunovEstimate
 from vibroimpact.simulation.lyapunov_spectrum import LyapunovSpectrum
@@ -44,7 +45,11 @@ def plot_exponents(
                 ax.axhline(values[k], color=colour, linestyle="--", linewidth=0.8)
                 low, high = values[k] - errors[k], values[k] + errors[k]
                 ax.axhspan(low, high, color=colour, alpha=0.15, linewidth=0.0)
-        ax.set(xlabel="time $t$", ylabel=r"average growth $\lambda$")
+        units = units_of(exponents.system)
+        ax.set(
+            xlabel=units.label("time $t$", "time"),
+            ylabel=units.label(r"average growth $\lambda$", "rate"),
+        )
         if len(time):
             style.legend_outside(ax)
     return ax

@@ -272,6 +272,9 @@ class Response(Result):
             kind: attrs(one.label, one.dimension) for kind, one in zip(names, measures, strict=True)
         }
 
+        over = [units.unit(one) for one in (self.measure.dimension, across)]
+        slope = {"units": f"{over[0] or 1}/({over[1]})"} if over[1] else {}
+
         def joined(parts: list[Floats]) -> Floats:
             return np.concatenate(parts) if parts else np.empty(0)
 
@@ -284,7 +287,7 @@ class Response(Result):
                 "value_of_point": ("point", joined([c.value for c in curves]), measured["value"]),
                 "derivative": (
                     "point", joined([c.derivative for c in curves]),
-                    {"long_name": f"derivative of {self.measure.label} by {name}"},
+                    {"long_name": f"derivative of {self.measure.label} by {name}"} | slope,
                 ),
                 "stability_of_point": (
                     "point", np.concatenate(kinds).astype(np.int8) if kinds else np.empty(0, np.int8),

@@ -148,13 +148,14 @@ def csv_of(table: pd.DataFrame) -> bytes:
 
 
 def _in_si(result: Any) -> bool:
-    """Whether a result is one of a system in SI units."""
+    """Whether a result is one of a system in SI units, its own or that of a result in it."""
     named = {one.name for one in fields(result)}
-    if "system" not in named:
-        if "family" not in named:
-            return False
-        result = result.family
-    return bool(getattr(getattr(result, "system", None), "si", False))
+    if "system" in named:
+        return bool(getattr(result.system, "si", False))
+    if "family" in named:
+        return bool(getattr(getattr(result.family, "system", None), "si", False))
+    inside = (getattr(result, one.name) for one in fields(result) if MERGED in one.metadata)
+    return any(_in_si(one) for one in inside if isinstance(one, Result))
 
 
 def with_units(data: xr.Dataset) -> xr.Dataset:

@@ -70,15 +70,18 @@ class LyapunovEstimate(Result):
     earlier
         Where the motion changes within the average, as at the end of transient chaos, the estimates
         of its earlier parts, in order; all other fields describe the last part.
+    system
+        The system that moves.
     """
 
     value: float
     error: float
     per_impact: float
     growth: Floats = field(metadata=along("block"), repr=False)
-    duration: Floats = field(metadata=along("block"), repr=False)
+    duration: Floats = field(metadata=along("block", quantity="time"), repr=False)
     run_end: RunEnd
     earlier: tuple[LyapunovEstimate, ...] = field(default=(), repr=False)
+    system: System | None = field(default=None, repr=False)
 
     @property
     def statement(self) -> str:
@@ -155,8 +158,8 @@ def lyapunov_exponent(
     motion = Simulator(system, start)
     end = motion.settle(settle_impacts)
     if end not in GOES_ON:
-        return no_exponent(end)
-    return exponent_from(motion, impacts)
+        return replace(no_exponent(end), system=system)
+    return replace(exponent_from(motion, impacts), system=system)
 
 
 def exponent_from(motion: Simulator, impacts: int) -> LyapunovEstimate:

@@ -108,20 +108,23 @@ class LyapunovSpectrum(Result):
         Whether these are all exponents.
     reason
         Why there are none, "" where there are.
+    system
+        The system that moves.
     """
 
-    values: Floats = field(metadata=along("exponent"))
-    errors: Floats = field(metadata=along("exponent"))
+    values: Floats = field(metadata=along("exponent", quantity="rate"))
+    errors: Floats = field(metadata=along("exponent", quantity="rate"))
     per_impact: Floats = field(metadata=along("exponent"))
     contraction: float
     flow: float
     growth: Floats = field(metadata=along("block", "exponent"), repr=False)
-    duration: Floats = field(metadata=along("block"), repr=False)
+    duration: Floats = field(metadata=along("block", quantity="time"), repr=False)
     impacts: Floats = field(metadata=along("block"), repr=False)
     discarded: float
     run_end: RunEnd
     complete: bool = field(repr=False)
     reason: str = field(default="", repr=False)
+    system: System | None = field(default=None, repr=False)
 
     @property
     def sum(self) -> float:
@@ -285,15 +288,25 @@ def lyapunov_spectrum(
     motion = Simulator(system, start)
     end = motion.settle(settle_impacts)
     if end not in GOES_ON:
-        return _without(wanted, end, end.sentence)
-    if needs_elements(mechanism):
-        return _from_events(motion, int(impacts), wanted, carried + lines, exponents)
+        found = _without(wanted, end, end.sentence)
+    elif needs_elements(mechanism):
+        found = _from_events(motion, int(impacts), wanted, carried + lines, exponents)
+    else:
+        found = _of_impacts(motion, int(impacts), (wanted, carried, lines), exponents)
+    return replace(found, system=system)
+
+
+def _of_impacts(
+    motion: Simulator, impacts: int, counts: tuple[int, int, int], exponents: int | None
+) -> LyapunovSpectrum:
+    """Exponents of a machine with rigid stops, by tangents that the kernel carries."""
+    wanted, carried, lines = counts
     settled = motion.at
     found = _Growth(motion, min(wanted, carried))
-    end = found.record(int(impacts))
+    end = found.record(impacts)
     if found.reason == NOT_REPEATED:
         motion.at = settled
-        return _from_events(motion, int(impacts), wanted, carried + lines, None)
+        return _from_events(motion, impacts, wanted, carried + lines, None)
     if found.reason:
         return _without(wanted, end, found.reason)
     return _estimated(found.arrays(), end, lines, wanted, exponents is None)

@@ -12,6 +12,7 @@ from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.kinds import NS, PD, SN
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.curve import End
+from vibroimpact.machines.units import units_of
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.results.result import Result, rows
 from vibroimpact.tori.circle import Circle
@@ -94,14 +95,17 @@ class CircleBranch(Result):
         of_each = ("residual", "nodes", "radius", "decay", "roughness", "least_angle")
         each = {name: ("point", [getattr(c, name) for c in self.circles]) for name in of_each}
         of_all = ("values", "rotation_numbers", "clearance", "stable")
-        return (
+        units = units_of(self.circles[0].system)
+        known = dict.fromkeys(("values", "special_parameter"), units.quantity_of(self.parameter))
+        return units.of_variables(
             super()
             .to_dataset()
             .assign({name: ("point", getattr(self, name)) for name in of_all} | each)
             .assign(normal_exponents=(("point", "normal"), self.normal_exponents))
             .assign_attrs(
                 system=repr(self.circles[0].system), signature=repr(self.circles[0].signature)
-            )
+            ),
+            known | {"clearance": "length"},
         )
 
     def __repr__(self) -> str:

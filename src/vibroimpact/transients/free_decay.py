@@ -206,7 +206,7 @@ class FreeDecay(Result):
                 "extremum_time_without": ("extremum_without", self.envelope_without.time),
                 "extremum_without": ("extremum_without", self.envelope_without.value),
             }
-        return xr.Dataset(
+        data = xr.Dataset(
             variables,
             coords={"time": t, "part": element_labels(m)},
             attrs={
@@ -214,6 +214,13 @@ class FreeDecay(Result):
                 "remaining": self.remaining, "end": self.end.name, "end_reason": self.end.sentence,
             },
         )  # fmt: skip
+        own = ORDERS.get(self.row[:1], "")
+        known = dict.fromkeys(
+            ("row", "row_without", "extremum", "extremum_without", "reference"), own
+        )
+        known |= {str(n): "time" for n in data.variables if "time" in str(n)}
+        known |= {str(n): "energy" for n in data.variables if str(n).startswith("energy")}
+        return units_of(self.system).of_variables(data, known | {"impact_speed": "velocity"})
 
 
 @names_arguments()

@@ -255,7 +255,7 @@ class RecordResponse(Result):
         n, hit = self._m.degrees, self.run.impacts
         names = [f"x{i + 1}" for i in range(n)]
         energies, both = self.energies, ("time", "coordinate")
-        return xr.Dataset(
+        data = xr.Dataset(
             {
                 "record": ("time", self.record.at(times)),
                 "position": (both, position),
@@ -278,6 +278,14 @@ class RecordResponse(Result):
                 "end_reason": self.end.sentence,
             },
         )  # fmt: skip
+        quantities = {
+            "record": "acceleration" if self.record.kind == "base" else "force", "position": "length",
+            "velocity": "velocity", "impact_speed": "velocity", "peak": "length", "rms": "length",
+            "largest_impulse": "impulse",
+        }  # fmt: skip
+        quantities |= dict.fromkeys(("time", "impact_time"), "time")
+        quantities |= {str(n): "energy" for n in data.variables if str(n).startswith("energy")}
+        return units_of(self.system).of_variables(data, quantities)
 
 
 @interruptible

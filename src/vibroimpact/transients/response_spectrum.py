@@ -119,7 +119,9 @@ class ResponseSpectrum(Result):
         """Convert all spectra to an xarray dataset."""
         of_displacement = ("pseudo_velocity", "pseudo_acceleration")
         more = {name: ("frequency", getattr(self, name)) for name in of_displacement}
-        return super().to_dataset().assign(more)
+        data = super().to_dataset().assign(more)
+        data.variables["frequency"].attrs["units"] = self.unit
+        return data
 
 
 @interruptible

@@ -149,10 +149,15 @@ class SineSweep(Result):
             ]
         )
         found = xr.Dataset({name: self.quantity(name) for name in QUANTITIES})
-        return found.assign(time=(("direction", self.band.parameter), begin)).assign_attrs(
+        name, units = self.band.parameter, units_of(self.system)
+        found = found.assign(time=(("direction", name), begin)).assign_attrs(
             system=repr(self.system), of=self.row, unit=self.band.unit,
             periods_per_step=self.periods_per_step,
         )  # fmt: skip
+        found = units.of_variables(found, {name: units.quantity_of(name), "time": "time"})
+        if self.band.unit:
+            found.variables[name].attrs["units"] = self.band.unit
+        return found
 
 
 def _begins(lasting: Floats) -> Floats:
