@@ -4,6 +4,7 @@ PYTHON      ?= python3
 JOBS        ?= 2
 OUT         ?= reproduction
 PYTEST_ARGS ?=
+SITE_ARGS   ?=
 
 VENV := .venv
 BIN  := $(VENV)/bin
@@ -22,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build reproduce test test-all lint format stubs bench clean
+.PHONY: help build reproduce test test-all docs lint format stubs bench clean
 ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL: # but for what `build` says
 endif
@@ -31,12 +32,13 @@ help:
 	@echo 'make reproduce   build, then redo every figure and number of the paper, into $(OUT)/'
 	@echo 'make test        build, then run the tests, but for the slow ones'
 	@echo 'make test-all    build, then run every test'
+	@echo 'make docs        build, then write the documentation site into site/'
 	@echo 'make build       make .venv and install the package into it'
 	@echo 'make lint        check format, style and types'
 	@echo 'make format      reformat the sources'
 	@echo 'make stubs       rewrite the type stubs of the extension module, the observers and the machines'
 	@echo 'make bench       measure speed against other programs'
-	@echo 'make clean       remove .venv, caches and $(OUT)/'
+	@echo 'make clean       remove .venv, caches, site/ and $(OUT)/'
 	@echo
 	@echo 'Variables: PYTHON=$(PYTHON)  JOBS=$(JOBS)  OUT=$(OUT)  CXX=...  PYTEST_ARGS="-k chatter"'
 
@@ -52,6 +54,10 @@ test: QUICK := -m 'not slow'
 test test-all: build $(VENV)/.test
 	@echo '== test: $(JOBS) processes'
 	@$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(QUICK) $(PYTEST_ARGS)
+
+docs: build $(VENV)/.docs
+	@echo '== docs: into site/'
+	@$(BIN)/python tools/site.py $(SITE_ARGS)
 
 bench: build $(VENV)/.bench
 	@echo '== bench'
@@ -91,7 +97,7 @@ stubs: build $(VENV)/.lint
 	@$(BIN)/python tools/name_stubs.py
 
 clean:
-	@rm -rf $(VENV) build dist '$(OUT)' .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	@rm -rf $(VENV) build dist site '$(OUT)' .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	@find src papers tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} + 2>/dev/null || true
 
 # ---- the environment ---------------------------------------------------------------------------
@@ -122,7 +128,7 @@ NEEDS = import sys, tomllib; \
   project = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
   print(*{"needs": project["dependencies"], **project["optional-dependencies"]}[sys.argv[1]], sep="\n")
 
-$(VENV)/.needs $(VENV)/.test $(VENV)/.lint $(VENV)/.bench: $(VENV)/.%: pyproject.toml | $(VENV)/.made
+$(VENV)/.needs $(VENV)/.test $(VENV)/.lint $(VENV)/.bench $(VENV)/.docs: $(VENV)/.%: pyproject.toml | $(VENV)/.made
 	@echo '== environment: packages for $(subst needs,the package,$*)'
 	@$(BIN)/python -c '$(NEEDS)' $* > $(VENV)/$*.txt
 	@$(PIP) -r $(VENV)/$*.txt

@@ -1,0 +1,261 @@
+"""Build the documentation site: assemble its pages, then run Sphinx on them.
+
+    python tools/site.py            # into site/, examples run and drawn: some two minutes
+    python tools/site.py --quick    # examples are shown with the pictures in docs/pictures
+
+The pages of docs/ are Markdown that can be read without the site. Here they are copied beside the front page and the
+tables of contents of docs/site/, with what only a site has:
+
+- links that leave docs/ go to the page of the site that shows the same file;
+- "[nordmark2009]" becomes a citation, "(T12)" outside of an equation a link to it;
+- an example is a page with its picture, its text and its program;
+- a public name is a page with its docstring, listed where docs/reference.md lists it.
+
+Warnings of Sphinx (a link to nowhere, a picture that is not there, a docstring that cannot be read) are errors.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from importlib.resources import files
+from importlib.util import find_spec
+from operator import attrgetter
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import vibroimpact as vi
+from vibroimpact import plotting
+
+ROOT = Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+PAGES = ROOT / "build" / "site"  # the assembled pages
+EXAMPLES = ROOT / "examples"
+LONGEST = 120.0  # seconds of an example
+
+# Files outside of docs/ that are pages of the site, by the name of the page.
+OTHERS = {
+    "contributing": ROOT / "CONTRIBUTING.md",
+    "changelog": ROOT / "CHANGELOG.md",
+    "security": ROOT / "SECURITY.md",
+    "benchmarks": ROOT / "benchmarks" / "README.md",
+}
+# A font for equations, with the package that ships it under the Open Font License.
+MATHEMATICS = files("ziamath") / "fonts" / "STIXTwoMath-Regular.ttf"
+LINK = re.compile(r"\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^)#\s:]+)(#[^)\s]*)?\)")
+EQUATION = re.compile(r"(?<![\[\w`$])\((T\d+[a-z]?)\)(?!\])")
+FENCED = re.compile(r"(^```.*?^```)", re.MULTILINE | re.DOTALL)
+CODE = re.compile(r"(^```.*?^```|`[^`\n]+`|\$\$.*?\$\$|\$[^$\n]+\$)", re.MULTILINE | re.DOTALL)
+
+
+class Example(NamedTuple):
+    """An example: its name, what docs/index.md says of it, and its docstring."""
+
+    name: str
+    phrase: str
+    text: str
+
+    @property
+    def title(self) -> str:
+        """The name as words."""
+        return self.name.replace("_", " ").capitalize().replace(" si ", " SI ")
+
+
+def main() -> int:
+    """Assemble the pages and build the site."""
+    parser = argparse.ArgumentParser(description="Build the documentation site.")
+    parser.add_argument("--out", type=Path, default=ROOT / "site", help="folder of the site")
+    parser.add_argument("--quick", action="store_true", help="do not run the examples")
+    arguments = parser.parse_args()
+    assemble(PAGES, quick=arguments.quick)
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
+    return subprocess.run([*command, PAGES, arguments.out], check=False).returncode
+
+
+def assemble(folder: Path, *, quick: bool) -> None:
+    """Write every page of the site, as Sphinx reads it."""
+    shutil.rmtree(folder, ignore_errors=True)
+    shutil.copytree(DOCS / "site", folder, ignore=shutil.ignore_patterns("__pycache__", "site.css"))
+    (folder / "_static").mkdir()
+    shutil.copy(DOCS / "site" / "site.css", folder / "_static")
+    shutil.copy(MATHEMATICS, folder / "_static")
+    shutil.copytree(DOCS / "pictures", folder / "pictures")
+    shutil.copy(DOCS / "references.bib", folder)
+    for name, source in pages().items():
+        write(folder / f"{name}.md", page(source))
+    write_examples(folder, quick=quick)
+    write_reference(folder)
+
+
+def pages() -> dict[str, Path]:
+    """The documents by the names of their pages; the contents of index.md are in docs/site/."""
+    return {file.stem: file for file in DOCS.glob("*.md") if file.name != "index.md"} | OTHERS
+
+
+# ---- pages of Markdown -------------------------------------------------------------------------
+
+
+def page(source: Path) -> str:
+    """The text of a document, as a page of the site."""
+    text = source.read_text(encoding="utf-8")
+    keys = set(re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text(), re.MULTILINE))
+    cited = re.compile(rf"\[({'|'.join(sorted(keys))})\](?!\()")
+    text = outside(FENCED, text, lambda part: LINK.sub(lambda match: link(source, match), part))
+    text = outside(CODE, text, lambda part: cited.sub(r"{cite:p}`\1`", part))
+    return outside(
+        CODE, text, lambda part: EQUATION.sub(lambda match: equation(source, match), part)
+    )
+
+
+def equation(source: Path, match: re.Match[str]) -> str:
+    """A link to an equation of theory.md."""
+    if rf"\tag{{{match[1]}}}" not in (DOCS / "theory.md").read_text(encoding="utf-8"):
+        raise SystemExit(f"{source.relative_to(ROOT)}: theory.md has no equation ({match[1]})")
+    return f'<a class="eqref" href="theory.html#eq-{match[1]}">({match[1]})</a>'
+
+
+def outside(what: re.Pattern[str], text: str, change: Callable[[str], str]) -> str:
+    """A text with a change made outside of what a pattern with one group matches."""
+    parts = what.split(text)
+    parts[::2] = map(change, parts[::2])
+    return "".join(parts)
+
+
+def link(source: Path, match: re.Match[str]) -> str:
+    """A link of a document as the site has it; a file that is no page keeps its name alone."""
+    words, target, place = match[1], match[2], match[3] or ""
+    file = (source.parent / target).resolve()
+    known = {path: f"{name}.md" for name, path in pages().items()}
+    known |= {ROOT / "README.md": "index.md", DOCS / "index.md": "index.md"}
+    if file in known:
+        return f"[{words}]({known[file]}{place})"
+    if file.parent == EXAMPLES:
+        return f"[{words}](examples/{file.stem}.md)"
+    if file.is_relative_to(DOCS):  # a picture
+        return f"[{words}]({file.relative_to(DOCS).as_posix()})"
+    name = file.relative_to(ROOT).as_posix()
+    return f"{words} (`{name}`)" if name not in words else words
+
+
+# ---- examples ----------------------------------------------------------------------------------
+
+
+def examples() -> Iterator[Example]:
+    """The examples in the order of docs/index.md."""
+    listed = r"\]\(\.\./examples/(\w+)\.py\)<br>(.*) \|"
+    for name, phrase in re.findall(listed, (DOCS / "index.md").read_text(encoding="utf-8")):
+        tree = ast.parse((EXAMPLES / f"{name}.py").read_text(encoding="utf-8"))
+        yield Example(name, phrase, ast.get_docstring(tree) or "")
+
+
+def write_examples(folder: Path, *, quick: bool) -> None:
+    """A page for each example, and the gallery."""
+    into = folder / "examples"
+    into.mkdir()
+    found = list(examples())
+    for example in found:
+        shutil.copy(EXAMPLES / f"{example.name}.py", into)
+        picture = f"../pictures/example_{example.name}.png" if quick else drawn(example.name, into)
+        write(
+            into / f"{example.name}.md",
+            f"# {example.title}",
+            example.text,
+            f"![{example.phrase}]({picture})",
+            f"```{{literalinclude}} {example.name}.py\n:language: python\n```",
+            f"{{download}}`{example.name}.py <{example.name}.py>`",
+        )
+    cards = (
+        f":::{{grid-item-card}} {example.title}\n:img-top: ../pictures/example_{example.name}.png\n"
+        f":link: {example.name}\n:link-type: doc\n\n{example.phrase}\n:::\n"
+        for example in found
+    )
+    write(
+        into / "index.md",
+        "# Examples",
+        "Complete programs of 20 to 60 lines: `python examples/NAME.py --out FILE` writes the picture.",
+        "::::{grid} 1 2 3 3\n:gutter: 3\n\n" + "\n".join(cards) + "::::",
+        contents(example.name for example in found),
+    )
+
+
+def write(file: Path, *parts: str) -> None:
+    """Write a page of these paragraphs."""
+    file.write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def contents(pages: Iterable[str], options: str = ":hidden:") -> str:
+    """A table of contents of these pages."""
+    return f"```{{toctree}}\n{options}\n\n" + "\n".join(pages) + "\n```"
+
+
+def drawn(name: str, into: Path) -> str:
+    """Run an example; the name of the picture that it writes."""
+    picture = into / f"{name}.png"
+    command = [sys.executable, EXAMPLES / f"{name}.py", "--out", picture]
+    environment = os.environ | {"MPLBACKEND": "Agg"}
+    subprocess.run(command, check=True, capture_output=True, timeout=LONGEST, env=environment)
+    return picture.name
+
+
+# ---- reference ---------------------------------------------------------------------------------
+
+
+def groups(text: str) -> dict[str, list[str]]:
+    """Public names by the headings of docs/reference.md under which its lists have them."""
+    found: dict[str, list[str]] = {}
+    for part in re.split(r"^## ", text, flags=re.MULTILINE)[1:]:
+        title, _, body = part.partition("\n")
+        found[title] = re.findall(r"^- `([\w.]+)`", body, re.MULTILINE)
+    return found
+
+
+def write_reference(folder: Path) -> None:
+    """A page for each public name, under the page of its room."""
+    text = (DOCS / "reference.md").read_text(encoding="utf-8")
+    into = folder / "reference"
+    into.mkdir()
+    rooms = []
+    for title, names in groups(text).items():
+        module = plotting if title == "Pictures" else vi
+        rows = [name_page(into, module.__name__, name, attrgetter(name)(module)) for name in names]
+        room = re.sub(r"\W+", "-", title.lower())
+        rooms.append(f"reference/{room}")
+        write(
+            into / f"{room}.md",
+            f"# {title}",
+            "\n".join(f"- {{doc}}`{name} <{page}>`: {head}" for name, page, head in rows),
+            contents(f"{name} <{page}>" for name, page, _ in rows),
+        )
+    head = text.partition("\n## ")[0]
+    write(folder / "reference.md", head, contents(rooms, ":maxdepth: 2"))
+
+
+def name_page(into: Path, module: str, name: str, thing: Any) -> tuple[str, str, str]:
+    """Write the page of a name; its name, the name of the page, and the first line of its docstring."""
+    kind = "autoclass" if isinstance(thing, type) else "autofunction"
+    options = "   :members:\n   :inherited-members: Exception, tuple, int, str\n" * (
+        kind == "autoclass"
+    )
+    inner, _, last = name.rpartition(".")
+    place = f"{module}.{inner}" if inner else module  # of "measures.Peak": the room
+    if find_spec(place) is None:
+        place = thing.__module__
+    page = f"{module}.{name}"
+    write(
+        into / f"{page}.rst",
+        f"{name}\n{'=' * len(name)}",
+        f".. currentmodule:: {place}",
+        f".. {kind}:: {last}\n{options}",
+    )
+    head = (thing.__doc__ or "").strip().partition("\n")[0]
+    return name, page, re.sub(r":\w+:`~?([^`]*)`", r"`\1`", head.replace("``", "`"))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
