@@ -224,16 +224,17 @@ struct prescribed {
                           z[2 * degrees] + (dt + t) * omega);
     }
 
-    // The impact at the end of a flight of about t: z becomes the state after it, and what comes
+    // The impact at the end of a flight of about t, e = exp(B t): z becomes the state after it, and what comes
     // back is the infinitely small part of the time (2).
     template <int Order, class T>
-    VI_HD T impact(const stop_type& s, orbit_state<T>& z, double t) const {
+    VI_HD T impact(const stop_type& s, orbit_state<T>& z, const typename field_type::propagator& e,
+                   double t) const {
         if (s.chatters) {
             const auto a = end_chatter(s, z, T(t));
             z = a.after;
             return value(a.gap) - a.gap;
         }
-        const auto y = field.apply(field.at_time(R(t)), embed(z));
+        const auto y = field.apply(e, embed(z));
         T dt(0.0);
         for (int order = 0; order < Order; order = 2 * order + 1) {
             const auto at = field.template short_flight<Order>(y, dt);
@@ -248,8 +249,9 @@ struct prescribed {
 
     // A flight of t + dt without an impact.
     template <int Order, class T>
-    VI_HD void coast(orbit_state<T>& z, double t, const T& dt) const {
-        const auto y = field.apply(field.at_time(R(t)), embed(z));
+    VI_HD void coast(orbit_state<T>& z, const typename field_type::propagator& e, double t,
+                     const T& dt) const {
+        const auto y = field.apply(e, embed(z));
         z = read(field.template short_flight<Order>(y, dt), z[2 * degrees] + (dt + t) * omega);
     }
 

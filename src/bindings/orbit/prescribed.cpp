@@ -1,6 +1,7 @@
 #include "orbit/prescribed.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "vibroimpact/numeric/jet.hpp"
 #include "vibroimpact/numeric/mixed_jet.hpp"
@@ -9,11 +10,9 @@ namespace binding {
 
 namespace {
 
-using shape = vi::any_size;
 inline constexpr int block = 6; // directions carried at once by first-order jets
-
-template <class R>
-using kernel = vi::prescribed<R, shape>;
+inline constexpr int small_dimension = 8;
+using small_size = vi::bounded<small_dimension, vi::block_contacts>;
 
 // A parameter p + dp, as the jets R carry it.
 template <class R>
@@ -32,64 +31,16 @@ struct expansion {
 };
 
 template <class R>
-void fill(R* out, const numbers& from, const expansion<R>& at) {
-    const std::size_t n = from.size() / parameter_orders;
-    for (std::size_t i = 0; i < n; ++i)
-        out[i] = at(from.data() + i, n);
-}
-
-template <class R>
-vi::stop<R, shape::max_dimension> stop_of(const prescribed_data::stop& from,
-                                          const expansion<R>& at) {
-    vi::stop<R, shape::max_dimension> s{};
-    fill(s.row.x, from.row, at);
-    fill(&s.limit, from.limit, at);
-    fill(s.impulse.x, from.impulse, at);
-    fill(&s.restitution, from.restitution, at);
-    fill(s.kick.x, from.kick, at);
-    s.chatters = from.chatters;
-    return s;
-}
-
-template <class R>
-void fill_field(kernel<R>& k, const prescribed_data::mode& from, const expansion<R>& at) {
-    k.field.step = from.step;
-    fill(k.field.constant.x, from.constant, at);
-    const auto width = static_cast<std::ptrdiff_t>(k.field.dimension_);
-    numbers row(parameter_orders * static_cast<std::size_t>(width));
-    for (std::ptrdiff_t i = 0; i < width; ++i) {
-        for (int order = 0; order < parameter_orders; ++order)
-            std::copy_n(from.field.begin() + (order * width + i) * width, width,
-                        row.begin() + order * width);
-        fill(k.field.b[i].x, row, at);
-    }
-}
-
-template <class R>
-void fill_kernel(kernel<R>& k, const prescribed_data& d, std::size_t mode, const expansion<R>& at) {
-    k.field.dimension_ = d.dimension;
-    k.degrees = d.degrees;
-    k.lines = static_cast<int>(d.ratios.size());
-    k.rate = d.rate;
-    std::copy(d.ratios.begin(), d.ratios.end(), k.ratio);
-    fill(&k.omega, d.omega, at);
-    fill_field(k, d.modes[mode], at);
-}
-
-// Every mode; matrices of jets are large: on the heap.
-template <class R>
-std::vector<kernel<R>> kernels_of(const prescribed_data& d, const expansion<R>& at) {
-    std::vector<kernel<R>> out(d.modes.size());
-    for (std::size_t m = 0; m < out.size(); ++m)
-        fill_kernel(out[m], d, m, at);
-    return out;
+void fill(R* out, const double* from, int size, const prescribed_data& d, const expansion<R>& at) {
+    for (int i = 0; i < size; ++i)
+        out[i] = at(from + i, d.count);
 }
 
 template <class T>
-vi::orbit_state<T> state_at(const segments& s, int segment, int size) {
+vi::orbit_state<T> state_at(const numbers& states, int segment, int size) {
     vi::orbit_state<T> z{};
     for (int i = 0; i < size; ++i)
-        z[i] = T(s.states[static_cast<std::size_t>(segment) * size + i]);
+        z[i] = T(states[static_cast<std::size_t>(segment) * size + i]);
     return z;
 }
 
@@ -110,22 +61,6 @@ void write_columns(linearised& out, const vi::arrival<vi::jet<double, N>>& a, in
     }
 }
 
-// By the state and the time: B is constant.
-void by_state(const kernel<double>& k, const segments& s, int segment, int size, linearised& out,
-              const vi::stop<double, shape::max_dimension>& at,
-              const typename kernel<double>::field_type::propagator& e) {
-    using jet = vi::jet<double, block>;
-    const double t = s.durations[segment];
-    for (int first = 0; first <= size; first += block) {
-        const int count = std::min(block, size + 1 - first);
-        auto z = state_at<jet>(s, segment, size);
-        jet dt(0.0);
-        for (int j = 0; j < count; ++j)
-            (first + j < size ? z[first + j] : dt).d[j] = 1.0;
-        write_columns<block>(out, k.fly<1>(at, z, e, t, dt), segment, size, first, count);
-    }
-}
-
 template <int K>
 vi::mixed_jet<K> seeded(double x, const numbers& directions, int column, int width) {
     vi::mixed_jet<K> z(x);
@@ -134,199 +69,350 @@ vi::mixed_jet<K> seeded(double x, const numbers& directions, int column, int wid
     return z;
 }
 
-// Second derivatives of one segment by the direction of e_1 and the number that e_2 moves.
-template <class R>
-vi::arrival<vi::mixed_jet<2>>
-both_moved(const kernel<R>& k, const vi::stop<R, shape::max_dimension>& at,
-           const typename kernel<R>::field_type::propagator& e, const segments& s, int segment,
-           const double* along, int moved) {
-    using jet = vi::mixed_jet<2>;
-    const int size = 2 * k.degrees + 1;
-    auto z = state_at<jet>(s, segment, size);
-    jet dt(0.0);
-    for (int i = 0; i < size; ++i)
-        z[i].c[1] = along[i];
-    dt.c[1] = along[size];
-    if (moved <= size) (moved < size ? z[moved] : dt).c[2] = 1.0;
-    return k.template fly<2>(at, z, e, R(s.durations[segment]), dt);
+// A jet of the parameter alone among the directions of another kind: as that of its e_2.
+vi::mixed_jet<2> lifted(const vi::mixed_jet<1>& x) {
+    vi::mixed_jet<2> y(x.c[0]);
+    y.c[2] = x.c[1];
+    return y;
 }
 
-// The map over all segments.
-template <class R, int K>
-numbers map_forms(const prescribed_data& d, const segments& s, const ends& e,
-                  const expansion<R>& at, const numbers& directions) {
-    using T = vi::mixed_jet<K>;
-    const int size = 2 * d.degrees + 1, count = static_cast<int>(s.durations.size());
-    const auto modes = kernels_of<R>(d, at);
-    vi::orbit_state<T> z{};
-    for (int i = 0; i < size; ++i)
-        z[i] = seeded<K>(s.states[i], directions, i, size + 1);
-    if (e.stop >= 0) modes[0].put_on(stop_of(d.stops[e.stop], at), z, e.solved);
-    T elapsed(0.0);
-    for (int segment = 0; segment < count; ++segment) {
+// A compiled system in arrays of one shape.
+template <class Shape>
+class shaped final : public prescribed::motions {
+    using dual = vi::jet<double, 1>;
+    using mixed = vi::mixed_jet<1>; // rounded otherwise, as the second derivatives are
+    template <class R>
+    using kernel = vi::prescribed<R, Shape>;
+    template <class R>
+    using stop = vi::stop<R, Shape::max_dimension>;
+    template <class R>
+    using propagator = typename kernel<R>::field_type::propagator;
+
+public:
+    explicit shaped(prescribed_data data)
+        : data_(std::move(data)), modes_(kernels_of<double>({0.0})) {}
+
+    linearised linearise(const segments& s) const override {
+        const int count = s.count(), n = size();
+        const auto width = static_cast<std::size_t>(n) + 2;
+        linearised out;
+        out.after_by.resize(static_cast<std::size_t>(count) * n * width);
+        out.gap_by.resize(count * width);
+        for (int segment = 0; segment < count; ++segment) {
+            const int at = s.stops[segment], mode = data_.stops[at].mode;
+            const auto& k = modes_[mode];
+            const auto here = stop_of<double>(at, {0.0});
+            const double t = s.durations[segment];
+            const auto& e = flight_of(mode, t).plain;
+            const auto a =
+                k.template fly<1>(here, state_at<double>(s.states, segment, n), e, t, 0.0);
+            append(out.after, a.after, n);
+            append(out.before, a.before, n);
+            out.gap.push_back(a.gap);
+            out.rate.push_back(a.rate);
+            out.rate_after.push_back(a.rate_after);
+            by_state(k, s, segment, out, here, e);
+            const auto by_parameter = varied<dual>(mode).template fly<1>(
+                stop_of<dual>(at, moving<dual>()), state_at<dual>(s.states, segment, n),
+                varied_flight_of<dual>(mode, t), dual(t), dual(0.0));
+            write_columns<1>(out, by_parameter, segment, n, n + 1, 1);
+        }
+        return out;
+    }
+
+    second_order second(const segments& s, const numbers& directions) const override {
+        using jet = vi::mixed_jet<2>;
+        const int count = s.count(), n = size();
+        const auto width = static_cast<std::size_t>(n) + 2;
+        second_order out{numbers(count * n * width), numbers(count * width)};
+        auto lifted_kernel = std::make_unique<kernel<jet>>();
+        auto lifted_flight = std::make_unique<propagator<jet>>();
+        for (int segment = 0; segment < count; ++segment) {
+            const int at = s.stops[segment], mode = data_.stops[at].mode;
+            const double t = s.durations[segment];
+            const double* along = directions.data() + segment * (width - 1);
+            const auto here = stop_of<double>(at, {0.0});
+            const auto& e = flight_of(mode, t).plain;
+            for (int j = 0; j <= n; ++j)
+                write_second(out, both_moved(modes_[mode], here, e, s, segment, along, j), segment,
+                             j);
+            fill_kernel<jet>(*lifted_kernel, mode, {jet::direction(1)});
+            lift(*lifted_flight, varied_flight_of<mixed>(mode, t));
+            const auto a = both_moved(*lifted_kernel, stop_of<jet>(at, {jet::direction(1)}),
+                                      *lifted_flight, s, segment, along, n + 1);
+            write_second(out, a, segment, n + 1);
+        }
+        return out;
+    }
+
+    numbers forms(const segments& s, const ends& e, const numbers& directions,
+                  int count) const override {
+        if (count == 1) return forms_of_order<1>(s, e, directions);
+        if (count == 2) return forms_of_order<2>(s, e, directions);
+        return forms_of_order<3>(s, e, directions);
+    }
+
+    chatter_flights chatter(const numbers& state, const numbers& direction, int at) const override {
+        const int n = size();
+        dual p(0.0);
+        p.d[0] = direction[n];
+        const expansion<dual> moved{p};
+        const auto own =
+            std::make_unique<kernel<dual>>(); // matrices of jets are large: on the heap
+        kernel<dual>& k = *own;
+        fill_kernel(k, data_.stops[at].mode, moved);
+        auto z = state_at<dual>(state, 0, n);
+        for (int i = 0; i < n; ++i)
+            z[i].d[0] = direction[i];
+        chatter_flights out;
+        dual theta = z[n - 1];
+        auto y = k.embed(z);
+        k.chatter(stop_of<dual>(at, moved), y, [&](const auto& begun, const dual& t) {
+            const auto here = k.read(begun, theta);
+            for (int i = 0; i < n; ++i) {
+                out.states.push_back(here[i].v);
+                out.states_by.push_back(here[i].d[0]);
+            }
+            out.durations.push_back(t.v);
+            out.durations_by.push_back(t.d[0]);
+            theta = theta + t * k.omega;
+        });
+        return out;
+    }
+
+    numbers fly(const numbers& states, const std::vector<int>& modes,
+                const std::vector<int>& windows, const numbers& nodes,
+                double window) const override {
+        const int n = size();
+        std::vector<std::vector<propagator<double>>> to_node(modes_.size()); // last: a whole window
+        for (std::size_t m = 0; m < modes_.size(); ++m) {
+            if (std::find(modes.begin(), modes.end(), static_cast<int>(m)) == modes.end()) continue;
+            for (double t : nodes)
+                to_node[m].push_back(modes_[m].field.at_time(t));
+            to_node[m].push_back(modes_[m].field.at_time(window));
+        }
+        numbers out;
+        for (std::size_t segment = 0; segment < windows.size(); ++segment) {
+            const auto& k = modes_[modes[segment]];
+            const auto& p = to_node[modes[segment]];
+            auto y = k.embed(state_at<double>(states, static_cast<int>(segment), n));
+            for (int w = 0; w < windows[segment]; ++w) {
+                for (std::size_t node = 0; node < nodes.size(); ++node)
+                    append(out, k.read(k.field.apply(p[node], y), 0.0), n - 1);
+                y = k.field.apply(p.back(), y);
+            }
+        }
+        return out;
+    }
+
+private:
+    // Flights of one length in one mode, and their derivative by the parameter once it is asked for.
+    struct flight {
+        int mode;
+        double time;
+        propagator<double> plain;
+        std::tuple<std::unique_ptr<propagator<dual>>, std::unique_ptr<propagator<mixed>>> varied;
+    };
+    // The latest lengths are kept: what is asked of an orbit is asked for the same ones again.
+    static constexpr std::size_t kept_flights = 32;
+
+    int size() const { return 2 * data_.degrees + 1; }
+    template <class R>
+    static expansion<R> moving() {
+        if constexpr (vi::is_same<R, dual>)
+            return {dual::variable(0.0, 0)};
+        else
+            return {mixed::direction(0)};
+    }
+
+    template <class R>
+    stop<R> stop_of(int number, const expansion<R>& at) const {
+        stop<R> s{};
+        const double* from = data_.of_stop(static_cast<std::size_t>(number));
+        const auto next = [&](R* out, int count) {
+            fill(out, from, count, data_, at);
+            from += count;
+        };
+        next(s.row.x, data_.dimension);
+        next(&s.limit, 1);
+        next(s.impulse.x, data_.dimension);
+        next(&s.restitution, 1);
+        next(s.kick.x, data_.dimension);
+        s.chatters = data_.stops[static_cast<std::size_t>(number)].chatters;
+        return s;
+    }
+
+    template <class R>
+    void fill_kernel(kernel<R>& k, int mode, const expansion<R>& at) const {
+        const int width = data_.dimension;
+        k.field.dimension_ = width;
+        k.degrees = data_.degrees;
+        k.lines = static_cast<int>(data_.ratios.size());
+        k.rate = data_.rate;
+        std::copy(data_.ratios.begin(), data_.ratios.end(), k.ratio);
+        fill(&k.omega, data_.values.data(), 1, data_, at);
+        k.field.step = data_.steps[mode];
+        fill(k.field.constant.x, data_.constant(mode), width, data_, at);
+        for (int i = 0; i < width; ++i)
+            fill(k.field.b[i].x, data_.field(mode) + i * width, width, data_, at);
+    }
+
+    template <class R>
+    std::vector<kernel<R>> kernels_of(const expansion<R>& at) const {
+        std::vector<kernel<R>> out(data_.steps.size());
+        for (std::size_t m = 0; m < out.size(); ++m)
+            fill_kernel(out[m], static_cast<int>(m), at);
+        return out;
+    }
+
+    // With derivatives by the parameter, which not every call needs.
+    template <class R>
+    const kernel<R>& varied(int mode) const {
+        auto& modes = std::get<std::vector<kernel<R>>>(varied_modes_);
+        if (modes.empty()) modes = kernels_of<R>(moving<R>());
+        return modes[mode];
+    }
+
+    flight& flight_of(int mode, double t) const {
+        for (flight& one : flights_)
+            if (one.mode == mode && one.time == t) return one;
+        if (flights_.size() == kept_flights) flights_.erase(flights_.begin());
+        flights_.push_back({mode, t, modes_[mode].field.at_time(t), {}});
+        return flights_.back();
+    }
+
+    template <class R>
+    const propagator<R>& varied_flight_of(int mode, double t) const {
+        auto& own = std::get<std::unique_ptr<propagator<R>>>(flight_of(mode, t).varied);
+        if (!own) own = std::make_unique<propagator<R>>(varied<R>(mode).field.at_time(R(t)));
+        return *own;
+    }
+
+    void lift(propagator<vi::mixed_jet<2>>& to, const propagator<mixed>& from) const {
+        for (int i = 0; i < data_.dimension; ++i) {
+            to.shift[i] = lifted(from.shift[i]);
+            for (int j = 0; j < data_.dimension; ++j)
+                to.change[i][j] = lifted(from.change[i][j]);
+        }
+    }
+
+    // By the state and the time: B is constant.
+    void by_state(const kernel<double>& k, const segments& s, int segment, linearised& out,
+                  const stop<double>& at, const propagator<double>& e) const {
+        using jet = vi::jet<double, block>;
+        const int n = size();
         const double t = s.durations[segment];
-        if (segment > 0) { // values stay on the orbit, whose instability would carry them off
-            const auto known = state_at<double>(s, segment, size);
-            for (int i = 0; i < size; ++i)
-                z[i].c[0] = known[i];
-        }
-        if (s.stops[segment] >= 0) {
-            const auto& stop = d.stops[s.stops[segment]];
-            elapsed = elapsed + modes[stop.mode].template impact<K>(stop_of(stop, at), z, t);
-        } else {
-            R period(0.0);
-            fill(&period, e.period, at);
-            const T dt = (T(0.0) + period) - elapsed;
-            modes[e.mode].template coast<K>(z, t, dt - vi::value(dt));
-            elapsed = T(0.0) + period;
+        for (int first = 0; first <= n; first += block) {
+            const int count = std::min(block, n + 1 - first);
+            auto z = state_at<jet>(s.states, segment, n);
+            jet dt(0.0);
+            for (int j = 0; j < count; ++j)
+                (first + j < n ? z[first + j] : dt).d[j] = 1.0;
+            write_columns<block>(out, k.template fly<1>(at, z, e, t, dt), segment, n, first, count);
         }
     }
-    numbers out;
-    for (int subset = 0; subset < T::size; ++subset) {
-        for (int i = 0; i < size; ++i)
-            out.push_back(z[i].c[subset]);
-        out.push_back(elapsed.c[subset]);
-    }
-    return out;
-}
 
-template <int K>
-numbers forms_of_order(const prescribed_data& d, const segments& s, const ends& e,
-                       const numbers& directions) {
-    const int width = 2 * d.degrees + 2;
-    const auto dp = seeded<K>(0.0, directions, width - 1, width);
-    const bool fixed = std::all_of(dp.c, dp.c + dp.size, [](double x) { return x == 0.0; });
-    return fixed ? map_forms<double, K>(d, s, e, {0.0}, directions)
-                 : map_forms<vi::mixed_jet<K>, K>(d, s, e, {dp}, directions);
-}
+    // Second derivatives of one segment by the direction of e_1 and the number that e_2 moves.
+    template <class R>
+    vi::arrival<vi::mixed_jet<2>> both_moved(const kernel<R>& k, const stop<R>& at,
+                                             const propagator<R>& e, const segments& s, int segment,
+                                             const double* along, int moved) const {
+        using jet = vi::mixed_jet<2>;
+        const int n = size();
+        auto z = state_at<jet>(s.states, segment, n);
+        jet dt(0.0);
+        for (int i = 0; i < n; ++i)
+            z[i].c[1] = along[i];
+        dt.c[1] = along[n];
+        if (moved <= n) (moved < n ? z[moved] : dt).c[2] = 1.0;
+        return k.template fly<2>(at, z, e, R(s.durations[segment]), dt);
+    }
+
+    void write_second(second_order& out, const vi::arrival<vi::mixed_jet<2>>& a, int segment,
+                      int column) const {
+        const int n = size();
+        const auto width = static_cast<std::size_t>(n) + 2;
+        for (int i = 0; i < n; ++i)
+            out.after_by[(static_cast<std::size_t>(segment) * n + i) * width + column] =
+                a.after[i].c[3];
+        out.gap_by[segment * width + column] = a.gap.c[3];
+    }
+
+    // The map over all segments.
+    template <class R, int K>
+    numbers map_forms(const segments& s, const ends& e, const expansion<R>& at,
+                      const numbers& directions) const {
+        using T = vi::mixed_jet<K>;
+        constexpr bool fixed = vi::is_same<R, double>;
+        const int n = size();
+        std::vector<kernel<R>> own;
+        if constexpr (!fixed) own = kernels_of<R>(at);
+        const auto mode_of = [&](int mode) -> const kernel<R>& {
+            if constexpr (fixed)
+                return modes_[mode];
+            else
+                return own[mode];
+        };
+        const auto flown = [&](int mode, double t) {
+            if constexpr (fixed)
+                return flight_of(mode, t).plain;
+            else
+                return own[mode].field.at_time(R(t));
+        };
+        vi::orbit_state<T> z{};
+        for (int i = 0; i < n; ++i)
+            z[i] = seeded<K>(s.states[i], directions, i, n + 1);
+        if (e.stop >= 0) mode_of(0).put_on(stop_of<R>(e.stop, at), z, e.solved);
+        T elapsed(0.0);
+        for (int segment = 0; segment < s.count(); ++segment) {
+            const double t = s.durations[segment];
+            if (segment > 0) { // values stay on the orbit, whose instability would carry them off
+                const auto known = state_at<double>(s.states, segment, n);
+                for (int i = 0; i < n; ++i)
+                    z[i].c[0] = known[i];
+            }
+            if (s.stops[segment] >= 0) {
+                const int number = s.stops[segment], mode = data_.stops[number].mode;
+                elapsed = elapsed + mode_of(mode).template impact<K>(stop_of<R>(number, at), z,
+                                                                     flown(mode, t), t);
+            } else {
+                const T period = T(0.0) + at(e.period.data(), 1);
+                const T dt = period - elapsed;
+                mode_of(e.mode).template coast<K>(z, flown(e.mode, t), t, dt - vi::value(dt));
+                elapsed = period;
+            }
+        }
+        numbers out;
+        for (int subset = 0; subset < T::size; ++subset) {
+            for (int i = 0; i < n; ++i)
+                out.push_back(z[i].c[subset]);
+            out.push_back(elapsed.c[subset]);
+        }
+        return out;
+    }
+
+    template <int K>
+    numbers forms_of_order(const segments& s, const ends& e, const numbers& directions) const {
+        const int width = size() + 1;
+        const auto dp = seeded<K>(0.0, directions, width - 1, width);
+        const bool fixed = std::all_of(dp.c, dp.c + dp.size, [](double x) { return x == 0.0; });
+        return fixed ? map_forms<double, K>(s, e, {0.0}, directions)
+                     : map_forms<vi::mixed_jet<K>, K>(s, e, {dp}, directions);
+    }
+
+    prescribed_data data_;
+    std::vector<kernel<double>> modes_;
+    mutable std::tuple<std::vector<kernel<dual>>, std::vector<kernel<mixed>>> varied_modes_;
+    mutable std::vector<flight> flights_;
+};
 
 } // namespace
 
-linearised prescribed::linearise(const segments& s) const {
-    using dual = vi::jet<double, 1>;
-    const int size = 2 * data_.degrees + 1, count = static_cast<int>(s.durations.size());
-    const auto width = static_cast<std::size_t>(size) + 2;
-    const expansion<double> fixed{0.0};
-    const expansion<dual> moving{dual::variable(0.0, 0)};
-    const auto modes = kernels_of(data_, fixed);
-    const auto varied_modes = kernels_of(data_, moving);
-    linearised out;
-    out.after_by.resize(static_cast<std::size_t>(count) * size * width);
-    out.gap_by.resize(count * width);
-    for (int segment = 0; segment < count; ++segment) {
-        const auto& stop = data_.stops[s.stops[segment]];
-        const auto& k = modes[stop.mode];
-        const auto& varied = varied_modes[stop.mode];
-        const auto here = stop_of(stop, fixed);
-        const double t = s.durations[segment];
-        const auto e = k.field.at_time(t);
-        const auto a = k.fly<1>(here, state_at<double>(s, segment, size), e, t, 0.0);
-        append(out.after, a.after, size);
-        append(out.before, a.before, size);
-        out.gap.push_back(a.gap);
-        out.rate.push_back(a.rate);
-        out.rate_after.push_back(a.rate_after);
-        by_state(k, s, segment, size, out, here, e);
-        const auto by_parameter =
-            varied.fly<1>(stop_of(stop, moving), state_at<dual>(s, segment, size),
-                          varied.field.at_time(dual(t)), dual(t), dual(0.0));
-        write_columns<1>(out, by_parameter, segment, size, size + 1, 1);
-    }
-    return out;
-}
-
-second_order prescribed::second(const segments& s, const numbers& directions) const {
-    using jet = vi::mixed_jet<2>;
-    const int size = 2 * data_.degrees + 1, count = static_cast<int>(s.durations.size());
-    const auto width = static_cast<std::size_t>(size) + 2;
-    const expansion<double> fixed{0.0};
-    const expansion<jet> moving{jet::direction(1)};
-    const auto modes = kernels_of(data_, fixed);
-    const auto varied_modes = kernels_of(data_, moving);
-    second_order out{numbers(count * size * width), numbers(count * width)};
-    for (int segment = 0; segment < count; ++segment) {
-        const auto& stop = data_.stops[s.stops[segment]];
-        const auto& k = modes[stop.mode];
-        const auto& varied = varied_modes[stop.mode];
-        const double* along = directions.data() + segment * (width - 1);
-        const auto here = stop_of(stop, fixed);
-        const auto e = k.field.at_time(s.durations[segment]);
-        for (int j = 0; j < size + 2; ++j) {
-            const auto a = j <= size ? both_moved(k, here, e, s, segment, along, j)
-                                     : both_moved(varied, stop_of(stop, moving),
-                                                  varied.field.at_time(jet(s.durations[segment])),
-                                                  s, segment, along, j);
-            for (int i = 0; i < size; ++i)
-                out.after_by[(static_cast<std::size_t>(segment) * size + i) * width + j] =
-                    a.after[i].c[3];
-            out.gap_by[segment * width + j] = a.gap.c[3];
-        }
-    }
-    return out;
-}
-
-numbers prescribed::forms(const segments& s, const ends& e, const numbers& directions,
-                          int count) const {
-    if (count == 1) return forms_of_order<1>(data_, s, e, directions);
-    if (count == 2) return forms_of_order<2>(data_, s, e, directions);
-    return forms_of_order<3>(data_, s, e, directions);
-}
-
-chatter_flights prescribed::chatter(const numbers& state, const numbers& direction,
-                                    int stop) const {
-    using dual = vi::jet<double, 1>;
-    const int size = 2 * data_.degrees + 1;
-    dual p(0.0);
-    p.d[0] = direction[size];
-    const expansion<dual> moving{p};
-    const auto& at = data_.stops[stop];
-    const auto own = std::make_unique<kernel<dual>>(); // of the one mode
-    kernel<dual>& k = *own;
-    fill_kernel(k, data_, static_cast<std::size_t>(at.mode), moving);
-    auto z = state_at<dual>({state, {}, {}}, 0, size);
-    for (int i = 0; i < size; ++i)
-        z[i].d[0] = direction[i];
-    chatter_flights out;
-    dual theta = z[size - 1];
-    auto y = k.embed(z);
-    k.chatter(stop_of(at, moving), y, [&](const auto& begun, const dual& t) {
-        const auto here = k.read(begun, theta);
-        for (int i = 0; i < size; ++i) {
-            out.states.push_back(here[i].v);
-            out.states_by.push_back(here[i].d[0]);
-        }
-        out.durations.push_back(t.v);
-        out.durations_by.push_back(t.d[0]);
-        theta = theta + t * k.omega;
-    });
-    return out;
-}
-
-numbers prescribed::fly(const numbers& states, const std::vector<int>& modes,
-                        const std::vector<int>& windows, const numbers& nodes,
-                        double window) const {
-    const auto kernels = kernels_of<double>(data_, {0.0});
-    const int size = 2 * data_.degrees + 1;
-    using propagator = typename kernel<double>::field_type::propagator;
-    std::vector<std::vector<propagator>> to_node(kernels.size()); // last: a whole window
-    for (std::size_t m = 0; m < kernels.size(); ++m) {
-        if (std::find(modes.begin(), modes.end(), static_cast<int>(m)) == modes.end()) continue;
-        for (double t : nodes)
-            to_node[m].push_back(kernels[m].field.at_time(t));
-        to_node[m].push_back(kernels[m].field.at_time(window));
-    }
-    numbers out;
-    for (std::size_t segment = 0; segment < windows.size(); ++segment) {
-        const auto& k = kernels[modes[segment]];
-        const auto& p = to_node[modes[segment]];
-        auto y = k.embed(state_at<double>({states, {}, {}}, static_cast<int>(segment), size));
-        for (int w = 0; w < windows[segment]; ++w) {
-            for (std::size_t node = 0; node < nodes.size(); ++node)
-                append(out, k.read(k.field.apply(p[node], y), 0.0), size - 1);
-            y = k.field.apply(p.back(), y);
-        }
-    }
-    return out;
+prescribed::prescribed(prescribed_data data) : degrees_(data.degrees) {
+    if (data.dimension <= small_dimension)
+        motions_ = std::make_unique<shaped<small_size>>(std::move(data));
+    else
+        motions_ = std::make_unique<shaped<vi::any_size>>(std::move(data));
 }
 
 } // namespace binding

@@ -13,29 +13,41 @@ using numbers = std::vector<double>;
 // A number and its derivatives with respect to the parameter: f, f', f'', f'''.
 inline constexpr int parameter_orders = 4;
 
-// Arrays of such numbers, the order of the derivative first: order * size + index.
+// A compiled system. Its numbers are those of omega (1), of every mode the field (D x D) and the
+// constant (D), and of every stop row (D), limit (1), impulse (D), restitution (1) and kick (D); others
+// may follow. They stand in rows by the order of the derivative.
 struct prescribed_data {
     int degrees, dimension;
     numbers ratios;
     double rate;
-    numbers omega; // 1
-    struct mode {
-        numbers field, constant; // D x D, D
-        double step;
-    };
+    numbers steps; // of each mode
     struct stop {
-        numbers row, limit, impulse, restitution, kick; // D, 1, D, 1, D
-        int mode;                                       // in which it is reached
+        int mode; // in which it is reached
         bool chatters;
     };
-    std::vector<mode> modes;
     std::vector<stop> stops;
+    numbers values;
+    std::size_t count; // of the numbers: from one order to the next
+
+    const double* field(std::size_t mode) const {
+        return values.data() + 1 + mode * width() * (width() + 1);
+    }
+    const double* constant(std::size_t mode) const { return field(mode) + width() * width(); }
+    const double* of_stop(std::size_t stop) const {
+        return field(steps.size()) + stop * (3 * width() + 2);
+    }
+    std::size_t width() const { return static_cast<std::size_t>(dimension); }
+    // All that modes and stops take.
+    std::size_t least_count() const {
+        return static_cast<std::size_t>(of_stop(stops.size()) - values.data());
+    }
 };
 
 // Segments: states (count, 2n + 1) after an event, flight times, the stop that ends each.
 struct segments {
     numbers states, durations;
     std::vector<int> stops;
+    int count() const { return static_cast<int>(durations.size()); }
 };
 
 struct linearised {
@@ -63,28 +75,37 @@ struct ends {
 
 class prescribed {
 public:
-    explicit prescribed(prescribed_data data) : data_(std::move(data)) {}
+    // What is computed, in arrays of any shape.
+    struct motions {
+        virtual ~motions() = default;
+        virtual linearised linearise(const segments& s) const = 0;
+        // Second derivatives of the state after each segment, (count, 2n + 1, 2n + 3), and of the gap
+        // at its end, (count, 2n + 3): along one direction of the state and the time, (count, 2n + 2),
+        // and by every number that `linearise` differentiates by.
+        virtual second_order second(const segments& s, const numbers& directions) const = 0;
+        // Coefficients of all products of the directions (count, 2n + 2), of the state at the end and
+        // of the elapsed time: (2^count, 2n + 2).
+        virtual numbers forms(const segments& s, const ends& e, const numbers& directions,
+                              int count) const = 0;
+        // Flights within chatter at a stop: states (count, 2n + 1) after its impacts and times
+        // (count,), with their derivatives along a direction (2n + 2,) of the first state and the
+        // parameter.
+        virtual chatter_flights chatter(const numbers& state, const numbers& direction,
+                                        int stop) const = 0;
+        // Flights from each state in a mode over a number of equal windows, at nodes in each:
+        // (all windows, nodes, 2n) of x and v.
+        virtual numbers fly(const numbers& states, const std::vector<int>& modes,
+                            const std::vector<int>& windows, const numbers& nodes,
+                            double window) const = 0;
+    };
 
-    linearised linearise(const segments& s) const;
-    // Second derivatives of the state after each segment, (count, 2n + 1, 2n + 3), and of the gap at
-    // its end, (count, 2n + 3): along one direction of the state and the time, (count, 2n + 2), and
-    // by every number that `linearised` differentiates by.
-    second_order second(const segments& s, const numbers& directions) const;
-    // Coefficients of all products of the directions (count, 2n + 2), of the state at the end and of
-    // the elapsed time: (2^count, 2n + 2).
-    numbers forms(const segments& s, const ends& e, const numbers& directions, int count) const;
-    // Flights within chatter at a stop: states (count, 2n + 1) after its impacts and times (count,), with
-    // their derivatives along a direction (2n + 2,) of the first state and the parameter.
-    chatter_flights chatter(const numbers& state, const numbers& direction, int stop) const;
-    // Flights from each state in a mode over a number of equal windows, at nodes in each:
-    // (all windows, nodes, 2n) of x and v.
-    numbers fly(const numbers& states, const std::vector<int>& modes,
-                const std::vector<int>& windows, const numbers& nodes, double window) const;
-
-    std::size_t degrees() const { return static_cast<std::size_t>(data_.degrees); }
+    explicit prescribed(prescribed_data data);
+    const motions* operator->() const { return motions_.get(); }
+    std::size_t degrees() const { return static_cast<std::size_t>(degrees_); }
 
 private:
-    prescribed_data data_;
+    int degrees_;
+    std::unique_ptr<motions> motions_;
 };
 
 } // namespace binding

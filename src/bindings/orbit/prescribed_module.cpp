@@ -1,5 +1,8 @@
 #include "orbit/prescribed_module.hpp"
 
+#include <stdexcept>
+#include <tuple>
+
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -13,33 +16,27 @@ namespace binding {
 
 namespace {
 
-prescribed make(int degrees, numbers ratios, double rate, const array& omega, const nb::list& modes,
-                const nb::list& stops) {
+prescribed make(int degrees, numbers ratios, double rate, numbers steps,
+                const std::vector<std::tuple<int, bool>>& stops, const array& values) {
     prescribed_data data{degrees,
                          2 * (degrees + static_cast<int>(ratios.size())),
                          std::move(ratios),
                          rate,
-                         numbers_of(omega),
+                         std::move(steps),
                          {},
-                         {}};
-    for (nb::handle mode : modes) {
-        const auto t = nb::cast<std::tuple<array, array, double>>(mode);
-        data.modes.push_back(
-            {numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)), std::get<2>(t)});
-    }
-    for (nb::handle stop : stops) {
-        const auto t = nb::cast<std::tuple<array, array, array, array, array, int, bool>>(stop);
-        data.stops.push_back({numbers_of(std::get<0>(t)), numbers_of(std::get<1>(t)),
-                              numbers_of(std::get<2>(t)), numbers_of(std::get<3>(t)),
-                              numbers_of(std::get<4>(t)), std::get<5>(t), std::get<6>(t)});
-    }
+                         numbers_of(values),
+                         values.size() / parameter_orders};
+    for (const auto& [mode, chatters] : stops)
+        data.stops.push_back({mode, chatters});
+    if (data.count < data.least_count())
+        throw std::invalid_argument("values: too few for these modes and stops.");
     return prescribed(std::move(data));
 }
 
 nb::dict linearise(const prescribed& p, const array& states, const array& durations,
                    std::vector<int> stops) {
     const std::size_t count = stops.size(), size = 2 * p.degrees() + 1;
-    auto r = p.linearise({numbers_of(states), numbers_of(durations), std::move(stops)});
+    auto r = p->linearise({numbers_of(states), numbers_of(durations), std::move(stops)});
     nb::dict out;
     out["after"] = to_numpy(std::move(r.after), {count, size});
     out["before"] = to_numpy(std::move(r.before), {count, size});
@@ -54,8 +51,8 @@ nb::dict linearise(const prescribed& p, const array& states, const array& durati
 nb::object second(const prescribed& p, const array& states, const array& durations,
                   std::vector<int> stops, const array& directions) {
     const std::size_t count = stops.size(), size = 2 * p.degrees() + 1;
-    auto r = p.second({numbers_of(states), numbers_of(durations), std::move(stops)},
-                      numbers_of(directions));
+    auto r = p->second({numbers_of(states), numbers_of(durations), std::move(stops)},
+                       numbers_of(directions));
     return nb::make_tuple(to_numpy(std::move(r.after_by), {count, size, size + 2}),
                           to_numpy(std::move(r.gap_by), {count, size + 2}));
 }
@@ -64,9 +61,9 @@ nb::object forms(const prescribed& p, const array& states, const array& duration
                  std::vector<int> stops, int start, int solved, const array& period, int mode,
                  const array& directions) {
     const std::size_t count = directions.shape(0);
-    auto out = p.forms({numbers_of(states), numbers_of(durations), std::move(stops)},
-                       {start, solved, numbers_of(period), mode}, numbers_of(directions),
-                       static_cast<int>(count));
+    auto out = p->forms({numbers_of(states), numbers_of(durations), std::move(stops)},
+                        {start, solved, numbers_of(period), mode}, numbers_of(directions),
+                        static_cast<int>(count));
     return to_numpy(std::move(out), {std::size_t{1} << count, 2 * p.degrees() + 2});
 }
 
@@ -75,12 +72,12 @@ nb::object fly(const prescribed& p, const array& states, const std::vector<int>&
     std::size_t total = 0;
     for (int count : windows)
         total += static_cast<std::size_t>(count);
-    return to_numpy(p.fly(numbers_of(states), modes, windows, numbers_of(nodes), window),
+    return to_numpy(p->fly(numbers_of(states), modes, windows, numbers_of(nodes), window),
                     {total, nodes.size(), 2 * p.degrees()});
 }
 
 nb::object chatter(const prescribed& p, const array& state, const array& direction, int stop) {
-    auto r = p.chatter(numbers_of(state), numbers_of(direction), stop);
+    auto r = p->chatter(numbers_of(state), numbers_of(direction), stop);
     const std::size_t count = r.durations.size(), size = 2 * p.degrees() + 1;
     return nb::make_tuple(to_numpy(std::move(r.states), {count, size}),
                           to_numpy(std::move(r.durations), {count}),
@@ -94,19 +91,15 @@ void bind_prescribed(nb::module_& m) {
     nb::class_<prescribed>(m, "Prescribed")
         .def(
             "__init__",
-            [](prescribed* self, int degrees, numbers ratios, double rate, const array& omega,
-               const nb::list& modes, const nb::list& stops) {
-                new (self) prescribed(make(degrees, std::move(ratios), rate, omega, modes, stops));
+            [](prescribed* self, int degrees, numbers ratios, double rate, numbers steps,
+               const std::vector<std::tuple<int, bool>>& stops, const array& values) {
+                new (self) prescribed(
+                    make(degrees, std::move(ratios), rate, std::move(steps), stops, values));
             },
-            "degrees"_a, "ratios"_a, "rate"_a, "omega"_a, "modes"_a, "stops"_a,
+            "degrees"_a, "ratios"_a, "rate"_a, "steps"_a, "stops"_a, "values"_a,
             nb::sig("def __init__(self, *, degrees: int, ratios: list[float], rate: float, "
-                    "omega: numpy.typing.NDArray[numpy.float64], "
-                    "modes: list[tuple[numpy.typing.NDArray[numpy.float64], "
-                    "numpy.typing.NDArray[numpy.float64], float]], "
-                    "stops: list[tuple[numpy.typing.NDArray[numpy.float64], "
-                    "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
-                    "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
-                    "int, bool]]) -> None"))
+                    "steps: list[float], stops: list[tuple[int, bool]], "
+                    "values: numpy.typing.NDArray[numpy.float64]) -> None"))
         .def("linearise", &linearise, "states"_a, "durations"_a, "stops"_a,
              nb::sig("def linearise(self, states: numpy.typing.NDArray[numpy.float64], "
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int]) "

@@ -1,6 +1,7 @@
-"""Numbers that a mechanism is computed with: floats, jets and columns.
+"""Numbers that a mechanism is computed with: floats, jets, columns and recorded ones.
 
-A jet carries derivatives, a column one number for every system of an ensemble. The formulas of
+A jet carries derivatives, a column one number for every system of an ensemble; with recorded numbers the
+computation can be repeated (compile/along.py). The formulas of
 mechanism.py, linear.py, coordinates.py and hybrid.py use + - * /, comparisons and the functions
 below, and so are written once for all three. Floats come out with the bits of Python's own
 functions; ``above``, ``choose``, ``greatest`` and ``least`` work system by system, where a
@@ -18,10 +19,11 @@ import numpy as np
 
 from vibroimpact._core.columns import Column
 from vibroimpact._core.types import Flags
-from vibroimpact._kernel import Jet
+from vibroimpact._kernel import Jet, Recorded
 
 Truth = bool | Flags
-NUMBERS = Jet, Column
+DIFFERENTIABLE = Jet, Recorded
+NUMBERS = *DIFFERENTIABLE, Column
 
 ROUNDING_PER_TERM = 64.0 * 2.0**-53  # sums of products are rounded by less, relative to their terms
 
@@ -63,8 +65,10 @@ def rounded_down(x: Any, bits: int) -> float:
     if isinstance(x, Column):
         digits, exponents = np.frexp(x.values)
         return cast(float, Column(np.ldexp(np.floor(digits * 2**bits) / 2**bits, exponents)))
-    mantissa, exponent = math.frexp(_values(x))
-    return math.ldexp(math.floor(mantissa * 2**bits) / 2**bits, exponent)
+    if isinstance(x, DIFFERENTIABLE):
+        return x.rounded_down(bits)
+    mantissa, exponent = math.frexp(x)
+    return math.ldexp(math.floor(mantissa * 2**bits), exponent - bits)
 
 
 def above(x: Any, y: Any) -> Truth:
@@ -115,6 +119,6 @@ def numeric_value(x: Any) -> float:
 
 
 def _values(x: Any) -> Any:
-    if isinstance(x, Jet):
+    if isinstance(x, DIFFERENTIABLE):
         return x.value
     return x.values if isinstance(x, Column) else x

@@ -11,8 +11,8 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.branches.family import OrbitFamily
-from vibroimpact.compile.prescribed import Prescribed, compile_prescribed
-from vibroimpact.model.parameters import with_parameters
+from vibroimpact.compile.along import Along
+from vibroimpact.compile.prescribed import Prescribed
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import later, mirrored
@@ -46,6 +46,7 @@ class OrbitPlane(OrbitFamily):
     ) -> None:
         super().__init__(system, signature, names[0], np.append(sizes, 1.0), events)
         self.names = names
+        self.along = Along(system, names, self.codes)
         self.sizes = sizes
         self.rows = rows_of(self, sizes)
         self.closing = self._closing()
@@ -66,15 +67,9 @@ class OrbitPlane(OrbitFamily):
         marks[-1, :q, 0, :q] = np.diag(self.mirror)
         return marks.reshape(m * (q + 1), m * (q + 1))
 
-    def _system(self, p: Value) -> System:
-        return with_parameters(self.system, self.followed(p))
-
     def by_second(self, a: Pair) -> Prescribed:
         """System compiled for derivatives by the second parameter; the latest ones are kept."""
-        name = self.names[1]
-        return latest(
-            self._by_second, a, lambda p: compile_prescribed(self.system_at(p), name, self.codes)
-        )
+        return latest(self._by_second, a, lambda _: self.along.at(a, 1))
 
     def by_both(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
         """F_z, shape (d, d), and the derivatives by both parameters, shape (d, 2); kept."""
@@ -126,8 +121,7 @@ class OrbitPlane(OrbitFamily):
 
     def on_section(self, v: Complexes) -> Complexes:
         """Change of the first state, without the position that the section leaves out."""
-        compiled = compile_prescribed(self.system, self.parameter, self.codes)
-        return np.delete(v[: self.size], self.left_out(compiled))
+        return np.delete(v[: self.size], self.left_out(self.own))
 
     def repeated(self, times: int) -> OrbitPlane:
         """Orbits that close after so many iterates of the solved map; even ones lose the symmetry."""

@@ -47,6 +47,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import (
+    DIFFERENTIABLE,
     ROUNDING_PER_TERM,
     cleared,
     greatest,
@@ -55,7 +56,6 @@ from vibroimpact._core.scalars import (
     rounded_down,
     square_root,
 )
-from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE, ModeCoordinates, energy_norm, units_of
 from vibroimpact.compile.elements.element import (
     Constraint,
@@ -157,7 +157,6 @@ class Piecewise:
         self.most_pace = PACE_RATIO * self.own
         self.rate = paced_rate(self.own, pace) if searched else self.own or 1.0
         self.scale = rounded_down(self.rate, 1)
-        self.step = rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
         self.rows = StateRows(self.degrees, self.omegas, self.scale)
         self.rigid = [RigidStopRows(stop, self.rows) for stop in m.rigid_stops]
         self.parts: list[ElementRows[Any]] = [ROWS[e.kind](e, self.rows) for e in m.switching]
@@ -174,6 +173,11 @@ class Piecewise:
             )
             for e in m.switching
         ]
+
+    @cached_property
+    def step(self) -> float:
+        """Step of the flights of a mode whose norm is no larger than the rate."""
+        return rounded_down(STEP_ANGLE / self.rate, STEP_BITS)
 
     def _check_lines(self) -> None:
         """Refuse frictions on nearly the same line: by what holds one, the other is not determined."""
@@ -705,6 +709,6 @@ def _cleared(row: list[Any], terms: Vector) -> list[Any]:
     what is left: their derivatives count.
     """
     return [
-        x if isinstance(x, Jet) else cleared(x, ROUNDING_PER_TERM * size)
+        x if isinstance(x, DIFFERENTIABLE) else cleared(x, ROUNDING_PER_TERM * size)
         for x, size in zip(row, terms, strict=True)
     ]

@@ -9,7 +9,7 @@ smooth in every parameter, serve for all systems.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, cast
@@ -30,7 +30,7 @@ from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import Guard, Mode, Watch, closed_from_code
 from vibroimpact.compile.piecewise import Piecewise, states_from_code
 from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
-from vibroimpact.model.mechanism import Mechanism, held_last, needs_elements, with_mass
+from vibroimpact.model.mechanism import Mechanism, held_last, needs_elements
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -97,18 +97,6 @@ class Numbers:
     speeds: Floats
     light: tuple[int, ...]  # numbers of the massless coordinates
 
-    def fastest(self, mechanical: int) -> float:
-        """Bound of the rates of so many first entries of y, and of the forcing.
-
-        Massless coordinates have units of their own: the bound is that in the units that make it least.
-        """
-        own, waves = self.b[:mechanical, :mechanical], self.b[mechanical:]
-        if self.light:
-            from scipy.linalg import matrix_balance
-
-            own = matrix_balance(own, permute=False)[0]
-        return float(max(np.abs(part).sum(axis=1).max(initial=0.0) for part in (own, waves)))
-
     @property
     def growth(self) -> float:
         """Rate at which the mode makes volumes of (x, v) grow, v of the coordinates with mass."""
@@ -144,6 +132,39 @@ class Explicit(NamedTuple):
     chatters: Flags  # whether a flight is within chatter, of the contact at its end
 
 
+@dataclass(frozen=True)
+class Layout:
+    """What a compiled system is apart from its numbers: the same along a branch.
+
+    Its numbers are those that the kernel takes (src/bindings/orbit/prescribed.hpp), the bound of all rates, the
+    frequencies of the lines, of every guard the row, gain and limits, and of every mode the speeds of massless
+    coordinates.
+    """
+
+    degrees: int
+    lines: int
+    light: tuple[int, ...]  # numbers of the massless coordinates
+    scale: float  # velocities among the coordinates y of the modes are v / scale
+    codes: tuple[int, ...]  # of the modes
+    guards: tuple[tuple[tuple[int, int], ...], ...]  # contact and watch of the guards of each mode
+    forgotten: tuple[int, ...]  # as in :class:`Numbers`
+    ends: dict[End, int]  # number of every limit at which a flight can end
+    stops: tuple[
+        tuple[int, bool], ...
+    ]  # of each the number of its mode, and whether it ends chatter
+
+    @property
+    def width(self) -> int:
+        """Number D of the coordinates y."""
+        return 2 * (self.degrees + self.lines)
+
+    @property
+    def of_kernel(self) -> int:
+        """How many of the numbers the kernel takes."""
+        d = self.width
+        return 1 + len(self.codes) * d * (d + 1) + len(self.stops) * (3 * d + 2)
+
+
 @dataclass(frozen=True, eq=False)
 class Prescribed:
     """Compiled system for segments with prescribed ends, and their derivatives.
@@ -151,38 +172,124 @@ class Prescribed:
     Copies and pickles are compiled again.
     """
 
-    # the system; the parameter by which it is differentiated, "" for none
-    system: System
-    parameter: str
-    # n; frequency of the first line, 0 where the system is autonomous
-    degrees: int
-    omega: float
-    omega_orders: Floats  # omega and its derivatives by the parameter, shape (4,)
-    rate: float  # bounds every rate of the flight to a factor of two
-    scale: float  # velocities among the coordinates y of the modes are v / scale
-    modes: dict[int, Numbers]  # modes by their code
-    # every limit at which a flight can end; `stops` are those of a machine in mode 0
-    ends: dict[End, int]
-    kernel: _kernel.Prescribed
+    make: Callable[[], System]  # makes the system
+    parameter: str  # by which it is differentiated, "" for none
+    layout: Layout
+    values: Floats  # its numbers, with three derivatives by the parameter: shape (4, N)
     _latest: dict[Any, tuple[Windows, Floats]] = field(default_factory=dict, init=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return compile_prescribed, (self.system, self.parameter, tuple(self.modes))
+        return compile_prescribed, (self.system, self.parameter, self.layout.codes)
+
+    @cached_property
+    def system(self) -> System:
+        """The system."""
+        return self.make()
+
+    @property
+    def degrees(self) -> int:
+        """Number n of coordinates."""
+        return self.layout.degrees
+
+    @property
+    def scale(self) -> float:
+        """Velocities among the coordinates y of the modes are v / scale."""
+        return self.layout.scale
+
+    @property
+    def ends(self) -> dict[End, int]:
+        """Number of every limit at which a flight can end."""
+        return self.layout.ends
+
+    @property
+    def omega(self) -> float:
+        """Frequency of the first line, 0 where the system is autonomous."""
+        return float(self.values[0, 0])
+
+    @property
+    def omega_orders(self) -> Floats:
+        """The frequency and its derivatives by the parameter, shape (4,)."""
+        return self.values[:, 0]
+
+    @cached_property
+    def rate(self) -> float:
+        """Bound of every rate of the flight, to a factor of two."""
+        rate = float(self.values[0, self.layout.of_kernel])
+        # the rates of massless coordinates are not among those of the masses
+        return max(rate, self._fastest.max()) if self.layout.light else rate
+
+    @cached_property
+    def ratios(self) -> Floats:
+        """Frequencies of the lines relative to the first, shape (L,)."""
+        first = self.layout.of_kernel + 1
+        omegas = self.values[0, first : first + self.layout.lines]
+        return omegas / omegas[0] if omegas.size else omegas
+
+    @cached_property
+    def kernel(self) -> _kernel.Prescribed:
+        """The system in the kernel."""
+        return _kernel.Prescribed(
+            degrees=self.degrees, ratios=self.ratios.tolist(), rate=self.scale,
+            steps=(STEP_ANGLE / self._fastest).tolist(), stops=[*self.layout.stops],
+            values=self.values,
+        )  # fmt: skip
+
+    @cached_property
+    def _fields(self) -> Floats:
+        """B and the constant of each mode, shape (modes, D + 1, D)."""
+        at, d = self.layout, self.layout.width
+        return self.values[0, 1 : 1 + len(at.codes) * d * (d + 1)].reshape(-1, d + 1, d)
+
+    @cached_property
+    def _fastest(self) -> Floats:
+        """Bound of the rates of each mode and of the forcing, shape (modes,).
+
+        Massless coordinates have units of their own: the bound is that in the units that make it least.
+        """
+        n = 2 * self.degrees
+        own, waves = self._fields[:, :n, :n], self._fields[:, n:-1]
+        if self.layout.light:
+            from scipy.linalg import matrix_balance
+
+            own = np.array([matrix_balance(b, permute=False)[0] for b in own])
+        norms = [np.abs(part).sum(axis=2).max(axis=1, initial=0.0) for part in (own, waves)]
+        fastest: Floats = np.maximum(*norms)
+        return fastest
+
+    @cached_property
+    def modes(self) -> dict[int, Numbers]:
+        """Modes by their code."""
+        at, d, numbers = self.layout, self.layout.width, self.values[0]
+        place = at.of_kernel + 1 + at.lines
+        found = {}
+        for k, code in enumerate(at.codes):
+            guards = []
+            for contact, watch in at.guards[k]:
+                row, (gain, lower, upper) = np.split(numbers[place : place + d + 3], [d])
+                guards.append(
+                    GuardRow(contact, watch, row, float(gain), float(lower), float(upper))
+                )
+                place += d + 3
+            speeds = numbers[place : place + len(at.light) * d].reshape(-1, d)
+            place += speeds.size
+            b, constant = self._fields[k, :-1], self._fields[k, -1]
+            found[code] = Numbers(b, constant, tuple(guards), at.forgotten[k], speeds, at.light)
+        return found
 
     @cached_property
     def mechanism(self) -> Mechanism:
         """The mechanism of the system, in plain numbers."""
         return mechanism_of(self.system)
 
-    @cached_property
+    @property
     def massless(self) -> list[int]:
         """Coordinates without mass, whose velocities among zeta are no states and are not read."""
-        return self.mechanism.massless
+        return [*self.layout.light]
 
-    @cached_property
+    @property
     def heavy(self) -> list[int]:
         """Coordinates with mass."""
-        return with_mass(self.mechanism)
+        return [i for i in range(self.degrees) if i not in self.layout.light]
 
     @property
     def size(self) -> int:
@@ -276,7 +383,7 @@ class Prescribed:
         """The guard at whose limit a flight ends; of chatter, the gap."""
         contact, _, code, watch = End(*end)
         if watch == PHASE_WATCH:
-            row = np.zeros(2 * (self.degrees + len(self.ratios)))
+            row = np.zeros(self.layout.width)
             row[2 * self.degrees] = 1.0
             return GuardRow(PHASE, PHASE_WATCH, row, 0.0, 0.0, 0.0)
         watch = GAP_WATCH if watch == CHATTER_WATCH else watch
@@ -304,18 +411,13 @@ class Prescribed:
             return 2 * n
         return int(len(both) - 1 - np.argmax(both[::-1]))
 
-    @property
-    def ratios(self) -> Floats:
-        """Frequencies of the lines relative to the first, shape (L,)."""
-        return np.array([force.omega / self.omega for force in self.mechanism.forces])
-
     def embedded(self, x_and_v: Floats, theta: Floats) -> Floats:
         """Coordinates y, shape (..., D), of (x, v) (..., 2n) at phases (...).
 
         A massless coordinate has 1 in place of its velocity, which is not read.
         """
-        n, lines = self.degrees, len(self.mechanism.forces)
-        y = np.empty((*x_and_v.shape[:-1], 2 * (n + lines)))
+        n = self.degrees
+        y = np.empty((*x_and_v.shape[:-1], self.layout.width))
         y[..., 0 : 2 * n : 2] = x_and_v[..., :n]
         y[..., 1 : 2 * n : 2] = x_and_v[..., n:] / self.scale
         for line, ratio in enumerate(self.ratios):
@@ -326,7 +428,7 @@ class Prescribed:
 
     def largest(self, moved: Floats) -> Floats:
         """Bounds of the coordinates y, shape (D,), where (x, v) take the values (..., 2n) in rows."""
-        n, most = self.degrees, np.ones(2 * (self.degrees + len(self.ratios)))
+        n, most = self.degrees, np.ones(self.layout.width)
         sizes = np.abs(moved).max(axis=0)
         most[0 : 2 * n : 2], most[1 : 2 * n : 2] = sizes[:n], sizes[n:] / self.scale
         most[[2 * i + 1 for i in self.massless]] = 1.0
@@ -347,7 +449,7 @@ class Prescribed:
 
     def step(self, mode: int) -> float:
         """Time over which Taylor series of the flights in a mode converge at once."""
-        return STEP_ANGLE / self.modes[mode].fastest(2 * self.degrees)
+        return STEP_ANGLE / float(self._fastest[self.mode_number(mode)])
 
     def window(self, durations: Floats) -> float:
         """Length of the windows on which flights are expanded; free masses have no fastest rate."""
@@ -383,7 +485,7 @@ class Prescribed:
 
     def mode_number(self, mode: int) -> int:
         """Number of a mode in the kernel."""
-        return list(self.modes).index(mode)
+        return self.layout.codes.index(mode)
 
     def sampled(self, states: Floats, durations: Floats, modes: Sequence[int] = ()) -> Floats:
         """(x, v) at the start of each segment and at the nodes within its flight, (k, 2n)."""
@@ -397,43 +499,51 @@ def _contiguous(a: ArrayLike) -> Floats:
     return np.ascontiguousarray(a, dtype=float)
 
 
-def _array(values: Vector | list[Vector]) -> Floats:
-    """Array of numbers or jets: f, f', f'', f''' along the first axis."""
-    shape, flat = [len(values)], cast(list[Any], values)
-    if isinstance(flat[0], list):
-        shape, flat = [len(flat), len(flat[0])], [x for row in flat for x in row]
-    orders = np.zeros((len(PARAMETER_ORDERS), len(flat)))
-    orders[0] = [x.value if isinstance(x, Jet) else x for x in flat]
-    for i, x in enumerate(flat):
-        if isinstance(x, Jet):
-            coefficients = x.coefficients
-            orders[:, i] = [coefficients[k] for k in PARAMETER_ORDERS]
-    return orders.reshape(-1, *shape)
+Push = tuple[Vector, Sequence[float], Vector]  # impulse, restitutions at both limits, kick
 
 
-Push = tuple[Floats, Sequence[float], Floats]  # impulse, restitutions at both limits, kick
+class Compilation:
+    """A mechanism compiled in numbers of any kind: a :class:`Layout`, and a list of the numbers."""
 
-
-class _Ends:
-    """Limits of the guards of all modes, as the kernel takes them."""
-
-    def __init__(self, pieces: Piecewise) -> None:
-        self.pieces = pieces
+    def __init__(self, m: Mechanism, codes: tuple[int, ...]) -> None:
+        self.pieces = pieces = Piecewise(m)
         self.known: dict[End, int] = {}
-        self.laws: list[tuple[Floats, Floats, Floats, Floats, Floats, int, bool]] = []
-        self.still = _array([0.0] * pieces.size)
+        self.laws: list[Vector] = []  # row, limit, impulse, restitution, kick of each limit
+        self.stops: list[tuple[int, bool]] = []
+        self.rows: list[Vector] = []  # of guards with gain and limits, and of speeds
+        self.still: Vector = [0.0] * pieces.size
         self.no_push: Push = self.still, (0.0, 0.0), self.still
         self.pushes: list[Push] = [
             (
-                _array([x / law.mobilities[i] for x in law.impulse]),
+                [x / law.mobilities[i] for x in law.impulse],
                 (law.restitution_lower, law.restitution_upper),
                 self.still,
             )
             for i, law in enumerate(pieces.laws())
         ]
+        contacts = len(m.rigid_stops)
+        resting = {stop for code in codes for stop in closed_from_code(code, contacts)}
+        fields: list[Vector] = []
+        guards, forgotten = [], []
+        for number, code in enumerate(codes):
+            mode = pieces.prescribed_mode(code)
+            flow = cast(Any, mode.coordinates.flow)
+            fields += [*flow["b"], flow["constant"]]
+            guards.append(tuple(self._guards(mode, number)))
+            self._add_chatter(mode, resting)
+            self._add_phase(mode, number)
+            forgotten.append(self._forgotten(mode))
+            self.rows += [mode.coordinates.to_v[i] for i in pieces.light]
+        self.layout = Layout(
+            m.degrees, len(m.forces), tuple(pieces.light), pieces.scale, codes, tuple(guards),
+            tuple(forgotten), self.known, tuple(self.stops),
+        )  # fmt: skip
+        omegas = [force.omega for force in m.forces]
+        parts = [[m.omega], *fields, *self.laws, [pieces.rate], omegas, *self.rows]
+        self.numbers: Vector = [x for part in parts for x in part]
 
-    def of(self, mode: Mode, number: int) -> Iterator[GuardRow]:
-        """Guards of a mode with this number in the kernel, whose limits are kept."""
+    def _guards(self, mode: Mode, number: int) -> Iterator[tuple[int, int]]:
+        """Contact and watch of each guard of a mode with this number in the kernel; their limits are kept."""
         for i, guard in enumerate(mode.guards):
             kind, push = (FORCE_WATCH, self.no_push) if guard.side else (GAP_WATCH, self.pushes[i])
             yield self._keep(End(i, 0, mode.code, kind), guard, push, number)
@@ -441,30 +551,42 @@ class _Ends:
         for j, watch in enumerate(mode.watches):
             if not watch.held:
                 name, reset = End(contacts + watch.element, 0, mode.code, j), watch.reset
-                kick = _array(self.pieces.resets[reset][1]) if reset >= 0 else self.still
+                kick = self.pieces.resets[reset][1] if reset >= 0 else self.still
                 yield self._keep(name, watch, (self.still, (0.0, 0.0), kick), number)
 
-    def add_phase(self, mode: Mode, number: int) -> None:
+    def _add_phase(self, mode: Mode, number: int) -> None:
         """Ends of flights in a mode at which nothing happens."""
         m = self.pieces.mechanism
         if not m.forces:
             return
         sine = [0.0] * self.pieces.size
         sine[2 * m.degrees] = 1.0
-        law = _array(sine), _array([0.0]), self.still, _array([0.0]), self.still, number, False
         for side in (-1, 1):
             self.known[End(PHASE, side, mode.code, PHASE_WATCH)] = len(self.laws)
-            self.laws.append(law)
+            self.laws.append([*sine, 0.0, *self.still, 0.0, *self.still])
+            self.stops.append((number, False))
 
-    def add_chatter(self, mode: Mode, resting: set[Stop]) -> None:
+    def _keep(self, name: End, of: Guard | Watch, push: Push, number: int) -> tuple[int, int]:
+        impulse, restitutions, kick = push
+        limits = of.lower, of.upper
+        for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
+            if not is_infinite(limit):
+                self.known[name._replace(side=side)] = len(self.laws)
+                self.laws.append([*of.row, limit - of.gain, *impulse, restitution, *kick])
+                self.stops.append((number, False))
+        self.rows.append([*of.row, of.gain, *limits])
+        return name.contact, name.watch
+
+    def _add_chatter(self, mode: Mode, resting: set[Stop]) -> None:
         """Ends of chatter in a mode, at stops that are rested on in others."""
         for contact, side in resting:
-            end = End(contact, side, mode.code)
-            if end in self.known:
-                self.known[end._replace(watch=CHATTER_WATCH)] = len(self.laws)
-                self.laws.append((*self.laws[self.known[end]][:-1], True))
+            number = self.known.get(End(contact, side, mode.code))
+            if number is not None:
+                self.known[End(contact, side, mode.code, CHATTER_WATCH)] = len(self.laws)
+                self.laws.append(self.laws[number])
+                self.stops.append((self.stops[number][0], True))
 
-    def forgotten(self, mode: Mode) -> int:
+    def _forgotten(self, mode: Mode) -> int:
         """Number of joints that stick in a mode, and of sliders whose place a balance of forces gives.
 
         Left out are joints that others hold already. A stop that is closed gives two, place and speed; one
@@ -483,16 +605,17 @@ class _Ends:
             for i in [watch.element]
         )
 
-    def _keep(self, name: End, of: Guard | Watch, push: Push, number: int) -> GuardRow:
-        (impulse, restitutions, kick), rows = push, _array(of.row)
-        limits = of.lower, of.upper
-        for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
-            if not is_infinite(limit):
-                self.known[name._replace(side=side)] = len(self.laws)
-                place = _array([limit - of.gain])
-                law = rows, place, impulse, _array([restitution]), kick, number, False
-                self.laws.append(law)
-        return GuardRow(name.contact, name.watch, rows[0], _value(of.gain), *map(_value, limits))
+
+def _with_derivatives(numbers: Vector) -> Floats:
+    """Numbers or jets as an array: their values, first, second and third derivatives in rows."""
+    flat = cast(list[Any], numbers)
+    orders = np.zeros((len(PARAMETER_ORDERS), len(flat)))
+    orders[0] = [_value(x) for x in flat]
+    for i, x in enumerate(flat):
+        if isinstance(x, Jet):
+            coefficients = x.coefficients
+            orders[:, i] = [coefficients[k] for k in PARAMETER_ORDERS]
+    return orders
 
 
 def _value(x: Any) -> float:
@@ -522,7 +645,7 @@ def compile_prescribed(
 def _check_ratios(varied: Mechanism, parameter: str) -> None:
     """Refuse a parameter that changes the ratios of the forcing frequencies."""
     for line in varied.forces[1:]:
-        first, other = _array([varied.omega, line.omega]).T
+        first, other = _with_derivatives([varied.omega, line.omega]).T
         scaled = first * (other[0] / first[0])
         if np.any(
             np.abs(other - scaled) > PROPORTIONAL_RELATIVE * (np.abs(other) + np.abs(scaled))
@@ -591,40 +714,8 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     check_prescribed(system, m)
     _check_ratios(m, parameter)
     _check_order(m, parameter)
-    pieces = Piecewise(m)
-    ends, modes, flows = _Ends(pieces), {}, []
-    contacts = len(m.rigid_stops)
-    resting = {stop for code in codes for stop in closed_from_code(code, contacts)}
-    for number, code in enumerate(codes):
-        mode = pieces.prescribed_mode(code)
-        flow = cast(Any, mode.coordinates.flow)
-        b, constant = _array(flow["b"]), _array(flow["constant"])
-        guards, speeds = tuple(ends.of(mode, number)), _speeds(pieces, mode)
-        ends.add_chatter(mode, resting)
-        ends.add_phase(mode, number)
-        modes[code] = Numbers(
-            b[0], constant[0], guards, ends.forgotten(mode), speeds, tuple(pieces.light)
-        )
-        step = STEP_ANGLE / modes[code].fastest(2 * m.degrees)
-        flows.append((b, constant, step))
-    rate = _value(pieces.rate)
-    if pieces.light:  # their rates are not among those of the masses
-        rate = max(rate, *(mode.fastest(2 * m.degrees) for mode in modes.values()))
-    omega = _array([m.omega])[:, 0]
-    kernel = _kernel.Prescribed(
-        degrees=m.degrees, ratios=[_value(force.omega) / omega[0] for force in m.forces],
-        rate=pieces.scale, omega=omega, modes=flows, stops=ends.laws,
-    )  # fmt: skip
-    return Prescribed(
-        system, parameter, m.degrees, float(omega[0]), omega, rate, pieces.scale,
-        modes, ends.known, kernel,
-    )  # fmt: skip
-
-
-def _speeds(pieces: Piecewise, mode: Mode) -> Floats:
-    """Velocities of the massless coordinates in a mode, shape (light, D)."""
-    rows = [mode.coordinates.to_v[i] for i in pieces.light]
-    return _array(rows)[0] if rows else np.zeros((0, pieces.size))
+    made = Compilation(m, codes)
+    return Prescribed(lambda: system, parameter, made.layout, _with_derivatives(made.numbers))
 
 
 _cached = lru_cache(maxsize=4096)(_compile)  # a few kilobytes each

@@ -173,11 +173,11 @@ def with_parameters(system: System, values: Mapping[str, Any]) -> System:
         return system  # which may be of any class then
     for name in values:
         parameter_value(system, name)
-    return _changed(system, values)
+    return changed(system, values)
 
 
-def _changed(system: System, values: Mapping[str, Any]) -> System:
-    """The system with new values of parameters that it has."""
+def changed(system: System, values: Mapping[str, Any]) -> System:
+    """The system with new values of parameters that it has, numbers of any kind (scalars.py)."""
     if isinstance(system, Family):
         return system._changed(values)
     if isinstance(system, Mechanism):
@@ -216,7 +216,7 @@ def expanded(system: System, name: str) -> Mechanism:
         A system whose code cannot compute with jets.
     """
     try:
-        varied = _changed(system, {name: Jet.variable(parameter_value(system, name))})
+        varied = changed(system, {name: Jet.variable(parameter_value(system, name))})
         return mechanism_of(varied)
     except TypeError as error:
         raise InvalidParameterError(

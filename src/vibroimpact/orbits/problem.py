@@ -20,12 +20,14 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
+from vibroimpact.compile.along import Along
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
@@ -39,7 +41,7 @@ from vibroimpact.compile.prescribed import (
     compile_prescribed,
 )
 from vibroimpact.model.mechanism import Mechanism, symmetric
-from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 
@@ -337,6 +339,7 @@ class OrbitProblem:
         self.impacts, self.ends = self.signature.solved, self.signature.ends
         self.modes = tuple(end.mode for end in self.ends)
         self.codes = tuple(sorted({*self.modes}))
+        self.along = Along(self.system, (self.parameter,) if self.parameter else (), self.codes)
         n, massless = self.mechanism.degrees, self.mechanism.massless
         entries = range(2 * n + (1 if self.mechanism.forces else 0))
         self.kept = [i for i in entries if i - n not in massless]
@@ -354,14 +357,29 @@ class OrbitProblem:
         return latest(self._systems, p, self._system)
 
     def _system(self, p: Value) -> System:
-        return with_parameter(self.system, self.parameter, p) if self.parameter else self.system
+        return self.along.system_at(self._values(p))
+
+    def _values(self, p: Value) -> tuple[float, ...]:
+        """Values of the parameters, of which there may be none."""
+        return p if isinstance(p, tuple) else (p,) if self.parameter else ()
+
+    @cached_property
+    def own(self) -> Prescribed:
+        """The system itself, compiled."""
+        return compile_prescribed(self.system, self.parameter, self.codes)
+
+    def at(self, p: Value) -> OrbitProblem:
+        """The equations of the system at the value p of the parameter, which is compiled."""
+        problem = OrbitProblem(self.system_at(p), self.signature, self.parameter)
+        problem.own = self.compiled(p)
+        return problem
 
     def compiled(self, p: Value) -> Prescribed:
         """System at the value p of the parameter, compiled; the latest ones are kept."""
         return latest(self._compiled, p, self._compile)
 
     def _compile(self, p: Value) -> Prescribed:
-        return compile_prescribed(self.system_at(p), self.parameter, self.codes)
+        return self.along.at(self._values(p))
 
     def packed(self, states: Floats, durations: Floats) -> Floats:
         """Unknowns z from states (m, 2n + 1) and flight times (m,)."""
