@@ -33,7 +33,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.compile.prescribed import Linearised, compile_prescribed
+from vibroimpact.compile.prescribed import Linearised
 from vibroimpact.continuation.problem import Image
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
@@ -101,7 +101,7 @@ class OrbitFamily(OrbitProblem):
         self._orbits: dict[tuple[bytes, Value], Orbit] = {}
         self.refused = ""  # reason if the system could not be built
         self._reference = 0.0
-        self._rate = 2.0 * compile_prescribed(system, parameter, self.codes).rate
+        self._rate = 2.0 * self.own.rate
         self._cycles = least_cycles(self.mechanism)
         self._rates = guard_sizes(self, sizes) / sizes[self.size]
 
@@ -200,8 +200,16 @@ class OrbitFamily(OrbitProblem):
             left <= CONVERGED_RELATIVE * self._growth(z, p)
         ):
             status = f"the equations do not hold: relative residual {error:.1e}"
+        problem = self.at(p)
         return Orbit(
-            self.system_at(p), self.signature, states, durations, error, status, self.parameter
+            problem.system,
+            self.signature,
+            states,
+            durations,
+            error,
+            status,
+            self.parameter,
+            problem,
         )
 
     def _growth(self, z: Floats, p: Value) -> Floats:

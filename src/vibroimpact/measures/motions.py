@@ -50,7 +50,7 @@ def _of_orbit(orbit: Orbit, parameter: str) -> Flights:
     if parameter:
         states_by, durations_by = _variation(orbit, parameter)
     signature = orbit.signature
-    compiled = orbit.problem.compiled(orbit.parameter_value)
+    compiled = orbit.problem.own
     if parameter not in ("", orbit.parameter):
         compiled = compile_prescribed(orbit.system, parameter, orbit.problem.codes)
     by = states_by, durations_by, float(bool(parameter))

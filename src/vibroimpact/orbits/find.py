@@ -365,7 +365,7 @@ def _chatter_summed(orbit: Orbit) -> Orbit:
         return orbit
     if FORCE_WATCH in watches:
         orbit = rotated(orbit, (watches.index(FORCE_WATCH) + 2) % len(watches))
-    signature, compiled = orbit.signature, orbit.problem.compiled(orbit.parameter_value)
+    signature, compiled = orbit.signature, orbit.problem.own
     parts = compiled.explicit(orbit.states, orbit.durations, signature.ends)
     ends, durations = [*parts.ends], parts.durations.copy()
     times = np.append(0.0, np.cumsum(durations))  # of the events that begin flights, and the last

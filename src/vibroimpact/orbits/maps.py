@@ -232,11 +232,13 @@ def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
     check_kind("parameter", parameter, str, 'the name of a parameter, or ""')
     if parameter:
         parameter_value(orbit.system, parameter)
+    if parameter == orbit.parameter:
+        return orbit.problem.own
     return compile_prescribed(orbit.system, parameter, orbit.problem.codes)
 
 
 def _section(orbit: Orbit, impact: End) -> tuple[int, ...]:
-    left_out = orbit.problem.compiled(orbit.parameter_value).solved_coordinate(impact)
+    left_out = orbit.problem.own.solved_coordinate(impact)
     return tuple(i for i in orbit.problem.kept if i != left_out)
 
 

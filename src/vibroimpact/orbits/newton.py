@@ -24,7 +24,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import CHATTER_WATCH, End, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import CHATTER_WATCH, End, Prescribed
 from vibroimpact.model.mechanism import stop_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -53,7 +53,7 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
 
     The least size is LEAST_SIZE_OF_POSITION times the position: far from the origin its rounding is larger.
     """
-    compiled, (states, durations) = _compiled(problem), problem.unpacked(z)
+    compiled, (states, durations) = problem.own, problem.unpacked(z)
     n, time = compiled.degrees, durations.max()
     moved = compiled.sampled(states, durations, problem.modes)
     place, speed = moved[:, compiled.heavy], _fastest(compiled, moved)
@@ -83,11 +83,6 @@ def _sizes_of_massless(compiled: Prescribed, moved: Floats, time: float) -> Floa
     return np.asarray(np.maximum(np.ptp(place, axis=0), least))
 
 
-def _compiled(problem: OrbitProblem) -> Prescribed:
-    """The equations at the system's own value of the parameter."""
-    return compile_prescribed(problem.system, problem.parameter, problem.codes)
-
-
 def rows_of(problem: OrbitProblem, sizes: Floats) -> Floats:
     """Size of each equation's terms: as those of the unknowns, but those of the guards at the ends."""
     rows = sizes.copy()
@@ -102,7 +97,7 @@ def residual_of(problem: OrbitProblem, z: Floats) -> float:
 
 def guard_sizes(problem: OrbitProblem, sizes: Floats, ends: Sequence[End] | None = None) -> Floats:
     """Size of the changes of the guard at each end, by default those of the segments, shape (m,)."""
-    compiled, n = _compiled(problem), problem.mechanism.degrees
+    compiled, n = problem.own, problem.mechanism.degrees
     ends = ends or problem.ends
     rows = np.abs([compiled.guard(end).row for end in ends])
     of_y, of_zeta = np.ones(rows.shape[1]), np.zeros(compiled.size)
@@ -162,7 +157,7 @@ def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
     """Whether the motion is at rest; a forced motion never is."""
     if problem.mechanism.forces:
         return False
-    compiled, (states, durations) = _compiled(problem), problem.unpacked(z)
+    compiled, (states, durations) = problem.own, problem.unpacked(z)
     n, moved = compiled.degrees, compiled.sampled(states, durations, problem.modes)
     speed, place = _fastest(compiled, moved), np.abs(moved[:, compiled.heavy]).max()
     return bool(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -87,13 +87,16 @@ class Orbit(Result):
     residual: float
     status: str = FOUND
     parameter: str = field(default="", repr=False)
+    solved: InitVar[OrbitProblem | None] = None  # the equations, where they are at hand
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, solved: OrbitProblem | None) -> None:
+        if solved is not None:
+            vars(self)["problem"] = solved
         if self.status == FOUND and not self.residual <= LARGEST_RESIDUAL:
             status = f"no convergence: relative residual {self.residual:.1e}"
             object.__setattr__(self, "status", status)
         if self.mechanism.massless:
-            compiled = self.problem.compiled(self.parameter_value)
+            compiled = self.problem.own
             states = compiled.with_speeds(self.states, self.problem.modes)
             object.__setattr__(self, "states", states)
 
@@ -125,8 +128,7 @@ class Orbit(Result):
     @cached_property
     def linearised(self) -> Linearised:
         """The solved segments with their derivatives."""
-        z = self.problem.packed(self.states, self.durations)
-        return self.problem.linearised(z, self.parameter_value)
+        return self.problem.own.linearise(self.states, self.durations, self.problem.ends)
 
     @property
     def symbol(self) -> str:
@@ -225,7 +227,7 @@ class Orbit(Result):
         if not self.converged or self.rateless:
             return np.full(self.problem.size - 1, complex(math.nan, math.nan))
         sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
-        compiled = self.problem.compiled(self.parameter_value)
+        compiled = self.problem.own
         return pencil_of(self.problem, compiled, self.linearised, sizes).eigenvalues()
 
     @property
@@ -234,7 +236,7 @@ class Orbit(Result):
 
         All forget where the motion came from; a stop that is rested on gives two.
         """
-        compiled = self.problem.compiled(self.parameter_value)
+        compiled = self.problem.own
         return max(compiled.modes[mode].forgotten for mode in self.problem.modes)
 
     @cached_property
@@ -247,7 +249,7 @@ class Orbit(Result):
         where a multiplier is below the rounding of the others.
         """
         contacts, turns = self.mechanism.rigid_stops, 2.0 if self.symmetric else 1.0
-        modes = self.problem.compiled(self.parameter_value).modes
+        modes = self.problem.own.modes
         growth = [modes[mode].growth for mode in self.problem.modes]
         rigid = [stop for stop in self.signature.impacts if 0 <= stop.contact < len(contacts)]
         loss = math.prod(stop.restitution(contacts) ** 2 for stop in rigid) * self._turned
@@ -260,7 +262,7 @@ class Orbit(Result):
     @property
     def _turned(self) -> float:
         """Product of the ratios of the rates of guards after and before changes of state."""
-        compiled, ends = self.problem.compiled(self.parameter_value), self.problem.ends
+        compiled, ends = self.problem.own, self.problem.ends
         ratios = [1.0]
         for k, end in enumerate(ends if self.signature.flights else ()):
             following = (k + 1) % len(ends)
@@ -327,13 +329,13 @@ class Orbit(Result):
     @cached_property
     def amplitudes(self) -> dict[tuple[int, int], float]:
         """Sizes of the gaps, by contact and watch."""
-        compiled = self.problem.compiled(self.parameter_value)
+        compiled = self.problem.own
         return amplitudes(compiled, self.states, self.durations, self.problem.ends)
 
     @cached_property
     def gaps(self) -> dict[Place, Nearest]:
         """Nearest approach to each stop in each flight, by (contact, side, flight)."""
-        compiled, ends = self.problem.compiled(self.parameter_value), self.problem.ends
+        compiled, ends = self.problem.own, self.problem.ends
         begun = self.signature.impacts[: len(ends)]
         return least_gaps(compiled, self.states, self.durations, ends, begun)
 
