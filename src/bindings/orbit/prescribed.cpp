@@ -120,27 +120,35 @@ public:
         return out;
     }
 
-    second_order second(const segments& s, const numbers& directions) const override {
+    second_order second(const segments& s, const numbers& directions,
+                        bool by_parameter) const override {
         using jet = vi::mixed_jet<2>;
-        const int count = s.count(), n = size();
-        const auto width = static_cast<std::size_t>(n) + 2;
+        const int count = s.count(), n = size(), first = by_parameter ? n + 1 : 0;
+        const auto width = static_cast<std::size_t>(n + 2 - first);
         second_order out{numbers(count * n * width), numbers(count * width)};
-        auto lifted_kernel = std::make_unique<kernel<jet>>();
-        auto lifted_flight = std::make_unique<propagator<jet>>();
+        const auto write = [&](const vi::arrival<jet>& a, int segment, int column) {
+            for (int i = 0; i < n; ++i)
+                out.after_by[(static_cast<std::size_t>(segment) * n + i) * width + column] =
+                    a.after[i].c[3];
+            out.gap_by[segment * width + column] = a.gap.c[3];
+        };
+        const auto moved_kernel = std::make_unique<kernel<jet>>();
+        const auto moved_flight = std::make_unique<propagator<jet>>();
         for (int segment = 0; segment < count; ++segment) {
             const int at = s.stops[segment], mode = data_.stops[at].mode;
             const double t = s.durations[segment];
-            const double* along = directions.data() + segment * (width - 1);
-            const auto here = stop_of<double>(at, {0.0});
-            const auto& e = flight_of(mode, t).plain;
-            for (int j = 0; j <= n; ++j)
-                write_second(out, both_moved(modes_[mode], here, e, s, segment, along, j), segment,
-                             j);
-            fill_kernel<jet>(*lifted_kernel, mode, {jet::direction(1)});
-            lift(*lifted_flight, varied_flight_of<mixed>(mode, t));
-            const auto a = both_moved(*lifted_kernel, stop_of<jet>(at, {jet::direction(1)}),
-                                      *lifted_flight, s, segment, along, n + 1);
-            write_second(out, a, segment, n + 1);
+            const double* along = directions.data() + segment * (n + 1);
+            if (!by_parameter) {
+                const auto here = stop_of<double>(at, {0.0});
+                const auto& e = flight_of(mode, t).plain;
+                for (int j = 0; j <= n; ++j)
+                    write(both_moved(modes_[mode], here, e, s, segment, along, j), segment, j);
+            }
+            fill_kernel<jet>(*moved_kernel, mode, {jet::direction(1)});
+            lift(*moved_flight, varied_flight_of<mixed>(mode, t));
+            write(both_moved(*moved_kernel, stop_of<jet>(at, {jet::direction(1)}), *moved_flight, s,
+                             segment, along, n + 1),
+                  segment, n + 1 - first);
         }
         return out;
     }
@@ -326,16 +334,6 @@ private:
         dt.c[1] = along[n];
         if (moved <= n) (moved < n ? z[moved] : dt).c[2] = 1.0;
         return k.template fly<2>(at, z, e, R(s.durations[segment]), dt);
-    }
-
-    void write_second(second_order& out, const vi::arrival<vi::mixed_jet<2>>& a, int segment,
-                      int column) const {
-        const int n = size();
-        const auto width = static_cast<std::size_t>(n) + 2;
-        for (int i = 0; i < n; ++i)
-            out.after_by[(static_cast<std::size_t>(segment) * n + i) * width + column] =
-                a.after[i].c[3];
-        out.gap_by[segment * width + column] = a.gap.c[3];
     }
 
     // The map over all segments.

@@ -81,8 +81,9 @@ public:
         virtual linearised linearise(const segments& s) const = 0;
         // Second derivatives of the state after each segment, (count, 2n + 1, 2n + 3), and of the gap
         // at its end, (count, 2n + 3): along one direction of the state and the time, (count, 2n + 2),
-        // and by every number that `linearise` differentiates by.
-        virtual second_order second(const segments& s, const numbers& directions) const = 0;
+        // and by every number that `linearise` differentiates by, or by the parameter alone.
+        virtual second_order second(const segments& s, const numbers& directions,
+                                    bool by_parameter) const = 0;
         // Coefficients of all products of the directions (count, 2n + 2), of the state at the end and
         // of the elapsed time: (2^count, 2n + 2).
         virtual numbers forms(const segments& s, const ends& e, const numbers& directions,

@@ -49,12 +49,13 @@ nb::dict linearise(const prescribed& p, const array& states, const array& durati
 }
 
 nb::object second(const prescribed& p, const array& states, const array& durations,
-                  std::vector<int> stops, const array& directions) {
-    const std::size_t count = stops.size(), size = 2 * p.degrees() + 1;
+                  std::vector<int> stops, const array& directions, bool by_parameter) {
+    const std::size_t count = stops.size(), size = 2 * p.degrees() + 1,
+                      width = by_parameter ? 1 : size + 2;
     auto r = p->second({numbers_of(states), numbers_of(durations), std::move(stops)},
-                       numbers_of(directions));
-    return nb::make_tuple(to_numpy(std::move(r.after_by), {count, size, size + 2}),
-                          to_numpy(std::move(r.gap_by), {count, size + 2}));
+                       numbers_of(directions), by_parameter);
+    return nb::make_tuple(to_numpy(std::move(r.after_by), {count, size, width}),
+                          to_numpy(std::move(r.gap_by), {count, width}));
 }
 
 nb::object forms(const prescribed& p, const array& states, const array& durations,
@@ -105,9 +106,10 @@ void bind_prescribed(nb::module_& m) {
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int]) "
                      "-> dict[str, typing.Any]"))
         .def("second", &second, "states"_a, "durations"_a, "stops"_a, "directions"_a,
+             "by_parameter"_a,
              nb::sig("def second(self, states: numpy.typing.NDArray[numpy.float64], "
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int], "
-                     "directions: numpy.typing.NDArray[numpy.float64]) "
+                     "directions: numpy.typing.NDArray[numpy.float64], by_parameter: bool) "
                      "-> tuple[numpy.typing.NDArray[numpy.float64], "
                      "numpy.typing.NDArray[numpy.float64]]"))
         .def(

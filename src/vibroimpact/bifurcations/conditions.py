@@ -23,7 +23,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.pencils import ordered
+from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
@@ -179,22 +180,20 @@ class CriticalPair(_OneEquation):
 
 def _invariant(opened: Floats, closing: Floats, pair: Complexes) -> tuple[Floats, Floats]:
     """V and S of the two eigenvalues of opened - mu closing nearest to a pair, both real."""
-    from scipy.linalg import ordqz
-
     if not np.all(np.isfinite(opened)):
         return np.full((len(opened), 2), np.nan), np.full((2, 2), np.nan)
 
-    def nearest(alpha: Any, beta: Any) -> Any:
+    def nearest(alpha: Complexes, beta: Floats) -> Flags:
         with np.errstate(divide="ignore", invalid="ignore"):
-            values = np.asarray(alpha) / np.asarray(beta)
+            values = alpha / beta
         off = np.minimum(np.abs(values - pair[0]), np.abs(values - pair[1]))
         off[~np.isfinite(off)] = np.inf
         chosen = np.zeros(len(off), dtype=bool)
         chosen[np.argsort(off, kind="stable")[:2]] = True
         return chosen
 
-    first, second, _, _, _, z = ordqz(opened, closing, sort=nearest, output="real")
-    return z[:, :2], np.linalg.solve(second[:2, :2], first[:2, :2])
+    first, second, z = ordered(opened, closing, nearest)
+    return z[:, :2], np.asarray(np.linalg.solve(second[:2, :2], first[:2, :2]), dtype=float)
 
 
 # ---- GR ------------------------------------------------------------------------------------------

@@ -96,7 +96,9 @@ class OrbitPlane(OrbitFamily):
         moved, times = self.unpacked(v)
         along = np.column_stack([moved, times])
         after, gap = self.compiled(a).second(states, durations, self.ends, along)
-        other, other_gap = self.by_second(a).second(states, durations, self.ends, along)
+        other, other_gap = self.by_second(a).second(
+            states, durations, self.ends, along, by_parameter=True
+        )
         after, other = after[:, self.kept], other[:, self.kept]
         columns = [*self.kept, 2 * self.mechanism.degrees + 1]
         ks = np.arange(m)

@@ -41,7 +41,7 @@ from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
 from vibroimpact.orbits.maps import SegmentMap, solved_map
-from vibroimpact.orbits.multipliers import Pencil, pencil_of
+from vibroimpact.orbits.multipliers import Pencil, PencilOf
 from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import (
@@ -102,6 +102,7 @@ class OrbitFamily(OrbitProblem):
         self.refused = ""  # reason if the system could not be built
         self._reference = 0.0
         self._rate = 2.0 * self.own.rate
+        self._pencils = PencilOf(self, sizes)
         self._cycles = least_cycles(self.mechanism)
         self._rates = guard_sizes(self, sizes) / sizes[self.size]
 
@@ -231,7 +232,7 @@ class OrbitFamily(OrbitProblem):
 
     def pencil(self, z: Floats, p: Value) -> Pencil:
         """Pencil of the multipliers of the solved map."""
-        return pencil_of(self, self.compiled(p), self.linearised(z, p), self._sizes)
+        return self._pencils.at(self.compiled(p), self.linearised(z, p))
 
     def weight(self, z: Floats, p: Value) -> float:
         """Product (1): zero where a multiplier is infinite."""

@@ -265,10 +265,8 @@ class Prescribed:
         for k, code in enumerate(at.codes):
             guards = []
             for contact, watch in at.guards[k]:
-                row, (gain, lower, upper) = np.split(numbers[place : place + d + 3], [d])
-                guards.append(
-                    GuardRow(contact, watch, row, float(gain), float(lower), float(upper))
-                )
+                row, rest = numbers[place : place + d], numbers[place + d : place + d + 3]
+                guards.append(GuardRow(contact, watch, row, *rest.tolist()))
                 place += d + 3
             speeds = numbers[place : place + len(at.light) * d].reshape(-1, d)
             place += speeds.size
@@ -315,6 +313,8 @@ class Prescribed:
         durations: ArrayLike,
         ends: Iterable[tuple[int, ...]],
         along: Floats,
+        *,
+        by_parameter: bool = False,
     ) -> tuple[Floats, Floats]:
         """Second derivatives of each segment, once along a direction and once by every number.
 
@@ -324,15 +324,18 @@ class Prescribed:
             As for :meth:`linearise`.
         along
             Directions in the state and the flight time of each segment, shape (m, 2n + 2).
+        by_parameter
+            By the parameter alone, not by every number.
 
         Returns
         -------
         (after_by, gap_by)
-            Derivatives of those of :class:`Linearised` along the direction, of the same shapes.
+            Derivatives of those of :class:`Linearised` along the direction, of the same shapes; by
+            the parameter alone the last axis has one entry.
         """
         numbers = self.stop_numbers(ends)
         return self.kernel.second(
-            _contiguous(states), _contiguous(durations), numbers, _contiguous(along)
+            _contiguous(states), _contiguous(durations), numbers, _contiguous(along), by_parameter
         )
 
     def explicit(

@@ -21,7 +21,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -85,33 +85,41 @@ class Multilinear:
         """Return D^k F of one to three complex directions, each of shape (d,) or (d + 1,)."""
         total = np.zeros(self._forms.dimension, dtype=np.complex128)
         for parts in itertools.product(*map(_parts, directions)):
-            units, chosen = zip(*parts, strict=True)
-            total += math.prod(units) * self._real(chosen)
+            total += math.prod(part.unit for part in parts) * self._real(parts)
         return total
 
     def real(self, *directions: ArrayLike) -> Floats:
         """Return D^k F of real directions, shape (d,)."""
         return np.asarray(self(*directions).real)
 
-    def _real(self, directions: Sequence[Floats]) -> Floats:
-        """Form of nonzero directions, stored by their lines through 0."""
-        signs = [1.0 if next(filter(None, u.tolist())) > 0.0 else -1.0 for u in directions]
-        aligned = sorted(
-            ((s * u + 0.0).tobytes(), i)
-            for i, (s, u) in enumerate(zip(signs, directions, strict=True))
-        )
-        key = tuple(line for line, _ in aligned)
+    def _real(self, parts: Sequence[_Part]) -> Floats:
+        """Form of real directions, stored by their lines through 0."""
+        ordered = sorted(parts, key=lambda part: part.key)
+        key = tuple(part.key for part in ordered)
         if key not in self._known:
-            self._known[key] = self._forms.derivative(
-                *(signs[i] * directions[i] for _, i in aligned)
-            )
-        return math.prod(signs) * self._known[key]
+            self._known[key] = self._forms.derivative(*(part.aligned for part in ordered))
+        return self._known[key]
 
 
-def _parts(direction: ArrayLike) -> list[tuple[complex, Floats]]:
-    """Real and imaginary part of a direction with their units, those that are not zero."""
+class _Part(NamedTuple):
+    """Real or imaginary part of a direction, on its line through 0."""
+
+    unit: complex  # the part of the direction is this times what is aligned
+    aligned: Floats  # its first entry that is not zero is positive
+    key: bytes
+
+
+def _parts(direction: ArrayLike) -> list[_Part]:
+    """Real and imaginary part of a direction, those that are not zero."""
     u = np.asarray(direction, dtype=np.complex128)
-    return [(unit, part) for unit, part in ((1.0, u.real), (1.0j, u.imag)) if part.any()]
+    found = []
+    for unit, part in ((1.0, u.real), (1.0j, u.imag)):
+        leading = next(filter(None, part.tolist()), 0.0)
+        if leading:
+            sign = 1.0 if leading > 0.0 else -1.0
+            aligned = sign * part + 0.0
+            found.append(_Part(unit * sign, aligned, aligned.tobytes()))
+    return found
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -91,7 +92,7 @@ class SegmentMap:
         Cost: 3^k times a flight's matrix-vector products; with a parameter's part those of its
         matrix exponential. For the damper some 20 microseconds.
         """
-        seeds = np.array([self._seed(numbers("direction", u)) for u in directions])
+        seeds = np.array([self._seed(u) for u in directions])
         if not 1 <= len(seeds) <= HIGHEST_ORDER:
             raise InvalidParameterError(
                 f"directions: {len(seeds)} given; need 1 to {HIGHEST_ORDER}."
@@ -107,7 +108,10 @@ class SegmentMap:
         return np.column_stack([self.derivative(e) for e in np.eye(self.dimension)])
 
     def _seed(self, direction: Floats) -> Floats:
-        u, d = direction, self.dimension
+        u: Any = direction  # lists are allowed
+        if not isinstance(u, np.ndarray):
+            u = numbers("direction", u)
+        d = self.dimension
         if u.shape not in ((d,), (d + 1,)):
             raise InvalidParameterError(
                 f"direction has shape {u.shape}; expected ({d},) or ({d + 1},)."

@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibroimpact._core import pencils
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.prescribed import Linearised, Prescribed
 from vibroimpact.orbits.newton import guard_sizes
@@ -54,9 +55,7 @@ class Pencil(NamedTuple):
         """
         if not np.all(np.isfinite(self.a)):
             return np.full(self.finite, complex(np.nan, np.nan))
-        from scipy.linalg import eigvals
-
-        alpha, beta = eigvals(self.a, self.b, homogeneous_eigvals=True)
+        alpha, beta = pencils.eigenvalues(self.a, self.b)
         with np.errstate(divide="ignore", invalid="ignore"):  # infinite; NaN of a singular pencil
             nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))
             order = np.argsort(nearness)[len(self.a) - self.finite :]
@@ -76,40 +75,44 @@ def sorted_multipliers(values: Complexes) -> Complexes:
     return values[order]
 
 
-def pencil_of(
-    problem: OrbitProblem, compiled: Prescribed, parts: Linearised, sizes: Floats
-) -> Pencil:
-    """Pencil of an orbit's map, which is the half map if the signature is symmetric.
+class PencilOf:
+    """Pencils of the map of orbits that solve the same equations; the half map if their signature is symmetric.
 
     Parameters
     ----------
-    problem, compiled
-        The equations, and the system at the value of the parameter.
-    parts
-        The solved segments there.
+    problem
+        The equations.
     sizes
         Sizes of the unknowns of one segment: rows and columns are scaled by them, so that QZ does
         not depend on units. Fixed along a branch, where the determinant is followed.
     """
-    count, q, states = len(problem.impacts), problem.size, problem.kept
-    time = 2 * problem.mechanism.degrees + 1
-    first = problem.signature.first
-    slopes = compiled.slopes(first, parts.before[-1])[states]  # of its phase, only whole turns
-    basis, kept = section_basis(slopes, problem.left_out(compiled))
-    after_by, gap_by = parts.after_by[:, states], parts.gap_by[:, states]
-    width = q - 1 + count
-    tangent = np.zeros((q, width))
-    tangent[:, : q - 1] = basis
-    gaps = np.zeros((count, width))
-    for k in range(count):
-        gaps[k] = gap_by[k] @ tangent
-        gaps[k, q - 1 + k] += parts.gap_by[k, time]
-        tangent = after_by[k][:, states] @ tangent
-        tangent[:, q - 1 + k] += after_by[k, :, time]
-    ends = (problem.mirror[:, None] * tangent)[kept]
-    marks = np.zeros((width, width))
-    marks[: q - 1, : q - 1] = np.eye(q - 1)
-    rows = np.concatenate([sizes[kept], guard_sizes(problem, sizes)])
-    columns = np.concatenate([sizes[kept], np.full(count, sizes[q])])
-    zeros = max(compiled.modes[mode].forgotten for mode in problem.modes)
-    return Pencil(np.vstack([ends, gaps]) / rows[:, None] * columns, marks, q - 1, zeros)
+
+    def __init__(self, problem: OrbitProblem, sizes: Floats) -> None:
+        self.problem, self.sizes = problem, sizes
+        self._guards = guard_sizes(problem, sizes)
+        self._times = np.full(len(self._guards), sizes[problem.size])
+        width = problem.size - 1 + len(self._guards)
+        self._marks = np.diag(np.arange(width) < problem.size - 1).astype(float)
+
+    def at(self, compiled: Prescribed, parts: Linearised) -> Pencil:
+        """Pencil of an orbit, from the system compiled at its parameter and its solved segments."""
+        problem, count = self.problem, len(self._guards)
+        q, states, time = problem.size, problem.kept, 2 * compiled.degrees + 1
+        slopes = compiled.slopes(problem.signature.first, parts.before[-1])[states]
+        basis, kept = section_basis(
+            slopes, problem.left_out(compiled)
+        )  # turns of its phase are whole
+        width = q - 1 + count
+        tangent, gaps = np.zeros((q, width)), np.zeros((count, width))
+        tangent[:, : q - 1] = basis
+        for k in range(count):
+            by, gap_by = parts.after_by[k][states], parts.gap_by[k]
+            gaps[k] = gap_by[states] @ tangent
+            gaps[k, q - 1 + k] += gap_by[time]
+            tangent = by[:, states] @ tangent
+            tangent[:, q - 1 + k] += by[:, time]
+        ends = (problem.mirror[:, None] * tangent)[kept]
+        rows = np.concatenate([self.sizes[kept], self._guards])
+        columns = np.concatenate([self.sizes[kept], self._times])
+        scaled = np.vstack([ends, gaps]) / rows[:, None] * columns
+        return Pencil(scaled, self._marks, q - 1, max(compiled.layout.forgotten))

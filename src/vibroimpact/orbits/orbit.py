@@ -29,7 +29,7 @@ from vibroimpact.orbits.admissibility import (
     least_gaps,
     why_inadmissible,
 )
-from vibroimpact.orbits.multipliers import pencil_of
+from vibroimpact.orbits.multipliers import PencilOf
 from vibroimpact.orbits.newton import (
     FOUND,
     ROUNDING_OF_TERMS,
@@ -227,8 +227,7 @@ class Orbit(Result):
         if not self.converged or self.rateless:
             return np.full(self.problem.size - 1, complex(math.nan, math.nan))
         sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
-        compiled = self.problem.own
-        return pencil_of(self.problem, compiled, self.linearised, sizes).eigenvalues()
+        return PencilOf(self.problem, sizes).at(self.problem.own, self.linearised).eigenvalues()
 
     @property
     def zero_multipliers(self) -> int:
