@@ -133,6 +133,7 @@ def link(source: Path, match: re.Match[str]) -> str:
     file = (source.parent / target).resolve()
     known = {path: f"{name}.md" for name, path in pages().items()}
     known |= {ROOT / "README.md": "index.md", DOCS / "index.md": "index.md"}
+    known[DOCS / "references.bib"] = "bibliography.md"
     if file in known:
         return f"[{words}]({known[file]}{place})"
     if file.parent == EXAMPLES:

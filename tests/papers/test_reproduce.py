@@ -87,7 +87,7 @@ def test_report_names_its_paper_as_the_references_do(out: Path) -> None:
     title = re.search(r"@misc\{paper,\s*title = \{([^}]*)\}", entry)
     assert title is not None
     assert title[1] == TITLE
-    for page in (out / "report.html", ROOT / "README.md"):
+    for page in (out / "report.html", ROOT / "docs" / "overview.md"):
         assert TITLE in re.sub(r"\s+", " ", page.read_text(encoding="utf-8"))
 
 
