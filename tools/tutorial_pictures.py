@@ -27,6 +27,7 @@ TUTORIALS = {
     "two-parameters": "two_",
     "missing-elements": "missing_",
     "describe-your-machine": "machine_",
+    "own-machine": "own_",
     "design": "design_",
     "transients": "transients_",
 }  # names of pictures begin

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from vibroimpact.cli import main as cli
-from vibroimpact.machines.machine import parameters_of
+from vibroimpact.machines.machine import Machine, example_of, parameters_of
 from vibroimpact.machines.registry import MACHINES, machine_of
-from vibroimpact.plotting.gallery import parameter_rows
+from vibroimpact.plotting.gallery import parameter_rows, plot_known_for
 
 pytestmark = pytest.mark.usefixtures("no_windows", "own_folder")
 
@@ -51,6 +52,25 @@ def test_show_draws_a_machine_and_writes_its_page() -> None:
     page = Path("mole.html").read_text(encoding="utf-8")
     assert page.count("data:image/svg+xml") == 2
     assert "Pavlovskaia" in page
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_a_machine_says_what_it_is_known_for(name: str) -> None:
+    machine = machine_of(name)
+    known = machine.known_for
+    assert known is not Machine.known_for
+    assert known.caption.endswith(".")
+    changed = dict(known.parameters)
+    if known.over:
+        changed[known.over[0]] = known.over[1]
+    replace(example_of(machine), **changed)  # parameters that it has
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["fermi-ulam", "bouncing-ball", "block-on-belt", "rammer"])
+def test_what_a_machine_is_known_for_is_drawn(name: str) -> None:
+    ax = plot_known_for(machine_of(name))
+    assert ax.lines or ax.collections
 
 
 def test_an_unknown_machine_and_a_file_of_data_are_refused(

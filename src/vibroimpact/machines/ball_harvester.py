@@ -13,6 +13,7 @@ from dataclasses import field
 import numpy as np
 
 from vibroimpact._core.checks import fraction, nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -48,6 +49,10 @@ class BallHarvester(Machine):
         "arXiv:2003.02167. Numbers of equations: not to be had; it scales time by half the period and lengths by "
         "the forcing, which here are free."
     )
+    known_for = KnownFor(
+        "Speed after impacts at the lower end over the length: impacts in turn, then more below than above.",
+        "diagram", over=("half_length", 0.1, 1.5), at="B",
+    )  # fmt: skip
     to_try = (
         (
             "diagram ball-harvester --over half_length=0.1:1.5:200 --at B --out diagram.png",

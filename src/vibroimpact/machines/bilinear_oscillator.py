@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.soft_stop import SoftStop
 from vibroimpact.model.harmonic import Harmonic
@@ -46,6 +47,10 @@ class BilinearOscillator(Machine):
         "S. W. Shaw, P. J. Holmes, A periodically forced piecewise linear oscillator, J. Sound Vib. 90 (1983) "
         "129-155; J. M. T. Thompson, R. Ghaffari (1982). Numbers of equations: not to be had."
     )
+    known_for = KnownFor(
+        "Place once a period over the frequency: subharmonic motions, and chaos between them.",
+        "diagram", over=("omega", 2.2, 6.5), at="phase", variable="x1",
+    )  # fmt: skip
     to_try = (
         (
             "diagram bilinear-oscillator --over omega=1:6:300 --out diagram.png",

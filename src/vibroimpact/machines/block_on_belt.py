@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.mechanism import Mechanism
@@ -40,6 +41,10 @@ class BlockOnBelt(Machine):
     source = (
         "J. P. Den Hartog, Mechanical Vibrations (1956); (2) is derived in the file of the machine."
     )
+    known_for = KnownFor(
+        "Velocity over place: it rides on the belt (straight), slips back, and is caught again.",
+        "portrait", settled=20.0, shown=60.0,
+    )  # fmt: skip
     to_try = (
         ("simulate block-on-belt --t-max 60 --out belt.svg", "the saw-tooth of stick and slip"),
         ("section block-on-belt --at change=0:stick --points 20", "where it is caught"),

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -44,6 +45,10 @@ class BouncingBall(Machine):
         "P. J. Holmes, The dynamics of repeated impacts with a sinusoidally vibrating table, J. Sound Vib. 84 "
         "(1982) 173-189; (2) is derived in the file of the machine."
     )
+    known_for = KnownFor(
+        "Speed after the impacts over the amplitude of the table: the route by period doubling to chaos.",
+        "diagram", over=("amplitude", 1.25, 1.75), at="B", start=((1.1406,), (3.1416,), 0.5785),
+    )  # fmt: skip
     to_try = (
         (
             "diagram bouncing-ball --over amplitude=0.4:1.8:200 --at B --out diagram.png",

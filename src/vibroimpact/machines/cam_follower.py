@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -46,6 +47,9 @@ class CamFollower(Machine):
         "G. Osorio, M. di Bernardo, S. Santini, Corner-impact bifurcations in cam-follower systems, "
         "arXiv:0711.1008, here with a harmonic cam, without corners. Numbers of equations: not to be had; (2) is "
         "derived in the file of the machine."
+    )
+    known_for = KnownFor(
+        "The follower leaves the cam, lands with a few bounces, and rests on it again."
     )
     to_try = (
         (

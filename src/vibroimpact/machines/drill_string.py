@@ -11,6 +11,7 @@ grows by the rate; without dashpot it stands still for
 from __future__ import annotations
 
 from vibroimpact._core.checks import nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.mechanism import Mechanism
@@ -37,6 +38,9 @@ class DrillString(Machine):
     source = (
         "J. D. Jansen, L. van den Steen, Active damping of self-excited torsional vibrations in oil well "
         "drillstrings, J. Sound Vib. 179 (1995) 647-668. Numbers of equations: not to be had; (2) follows from (1)."
+    )
+    known_for = KnownFor(
+        "The bit stands still while the string winds up, then races.", settled=0.0, shown=60.0
     )
     to_try = (
         ("simulate drill-string --t-max 100 --out bit.svg", "the bit stands still and races"),

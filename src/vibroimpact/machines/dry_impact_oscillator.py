@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.elements.rigid_stop import RigidStop
@@ -46,6 +47,10 @@ class DryImpactOscillator(Machine):
         "K. M. Cone, R. I. Zadoks, A numerical study of an impact oscillator with the addition of dry friction, J. "
         "Sound Vib. 188 (1995) 659-683. Numbers of equations: not to be had."
     )
+    known_for = KnownFor(
+        "Speed after the impacts over the frequency, with friction.",
+        "diagram", over=("omega", 0.5, 5.0),
+    )  # fmt: skip
     to_try = (
         (
             "diagram dry-impact-oscillator --over omega=0.5:3:200 --out diagram.png",

@@ -11,6 +11,7 @@ from dataclasses import field
 import numpy as np
 
 from vibroimpact._core.checks import fraction, nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -47,6 +48,10 @@ class DualComponent(Machine):
         "G. W. Luo, J. H. Xie, Codimension two bifurcation of periodic vibro-impact and chaos of a dual component "
         "system, Phys. Lett. A 313 (2003) 267-273. Numbers of equations: not to be had."
     )
+    known_for = KnownFor(
+        "Velocity of the first mass after the impacts over the frequency: one impact in a period, tori, chaos.",
+        "diagram", over=("omega", 0.6, 2.6),
+    )  # fmt: skip
     to_try = (
         (
             "diagram dual-component --over omega=0.6:2.4:200 --out diagram.png",

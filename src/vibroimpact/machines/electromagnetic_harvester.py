@@ -10,6 +10,7 @@ coupling is a skew part of the damping matrix and does no work; the power of the
 from __future__ import annotations
 
 from vibroimpact._core.checks import fraction, nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -44,6 +45,10 @@ class ElectromagneticHarvester(Machine):
         "M. S. M. Soliman et al., A wideband vibration-based energy harvester, J. Micromech. Microeng. 18 (2008). "
         "Numbers of equations: not to be had; (1), (2) are the usual ones of a moving magnet, with rigid stops."
     )
+    known_for = KnownFor(
+        "Place once a period over the frequency: where the stops are reached, chaos, then an impact at each.",
+        "diagram", over=("omega", 0.8, 1.6), way="both", at="phase", variable="x1",
+    )  # fmt: skip
     to_try = (
         ("sweep electromagnetic-harvester --over omega=0.8:1.6:100 --observe rms --out power.nc",
          "stops widen the resonance"),

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -45,6 +46,7 @@ class EnergySink(Machine):
         "O. V. Gendelman, Analytic treatment of a system with a vibro-impact nonlinear energy sink, J. Sound Vib. "
         "331 (2012) 4599-4608. Numbers of equations: not to be had."
     )
+    known_for = KnownFor("The ball takes energy with two impacts in a period of the structure.")
     to_try = (
         (
             "diagram energy-sink --over omega=0.9:1.1:100 --out diagram.png",

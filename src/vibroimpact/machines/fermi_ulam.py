@@ -16,6 +16,7 @@ from dataclasses import field
 
 from vibroimpact._core.checks import fraction, positive
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -45,6 +46,10 @@ class FermiUlam(Machine):
         "E. Fermi (1949); S. M. Ulam (1961); A. J. Lichtenberg, M. A. Lieberman, Regular and Chaotic Dynamics, "
         "section 3.4; (2) is derived in the file of the machine. Walls move exactly, not in the simplified map."
     )
+    known_for = KnownFor(
+        "Phase and velocity at impacts on the moving wall, from twenty starts: islands in a chaotic sea.",
+        "section", speeds=tuple(0.1 + 0.08 * k for k in range(20)), settled=0,
+    )  # fmt: skip
     to_try = (
         ("section fermi-ulam --points 5000 --out section.svg", "islands in a chaotic sea"),
         (

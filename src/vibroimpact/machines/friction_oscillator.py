@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.harmonic import Harmonic
@@ -44,9 +45,16 @@ class FrictionOscillator(Machine):
     """
 
     source = (
-        "J. P. Den Hartog, Forced vibrations with combined Coulomb and viscous friction, Trans. ASME 53 (1931) "
-        "107-115. Numbers of equations: not to be had; (2) follows from (1), and is checked in the tests."
+        "J. P. Den Hartog, Forced vibrations with combined viscous and Coulomb damping, Phil. Mag. (7) 9 (1930) "
+        "801-817, "
+        "and Trans. ASME 53 (1931) 107-115. Numbers of equations: not to be had; (2) follows from (1), and is checked "
+        "in the tests."
     )
+
+    known_for = KnownFor(
+        "At omega = 0.3 the mass stands still on its way: two stops in half a period.",
+        parameters={"omega": 0.3}, settled=20, shown=2,
+    )  # fmt: skip
     to_try = (
         (
             "simulate friction-oscillator --omega 0.3 --t-max 90 --out stops.svg",

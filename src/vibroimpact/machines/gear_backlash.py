@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.soft_stop import SoftStop
 from vibroimpact.model.harmonic import Harmonic
@@ -48,6 +49,10 @@ class GearBacklash(Machine):
         "134 (1989). Numbers of equations: not to be had; (1), (2) are the usual form. A mesh stiffness that varies "
         "with the phase has periodic coefficients, which no mechanism has."
     )
+    known_for = KnownFor(
+        "Play once a period over the frequency, up and down: two motions between the jumps.",
+        "diagram", over=("omega", 0.4, 1.4), way="both", at="phase", variable="x1",
+    )  # fmt: skip
     to_try = (
         ("simulate gear-backlash --omega 0.6 --out teeth.svg", "flanks that part and meet"),
         (

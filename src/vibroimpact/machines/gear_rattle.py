@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -44,10 +45,17 @@ class GearRattle(Machine):
     """
 
     source = (
-        "J. Mason, M. Homer, R. E. Wilson, Mathematical models of gear rattle in Roots blower vacuum pumps, J. "
-        "Sound Vib. 308 (2007); J. F. Mason, P. T. Piiroinen (2009). Numbers of equations: not to be had; (1) is "
+        "J. F. Mason, P. T. Piiroinen, The effect of codimension-two bifurcations on the global dynamics of a gear "
+        "model, SIAM J. Appl. Dyn. Syst. 8 (2009) 1694-1711; J. Mason, M. Homer, R. E. Wilson, Mathematical models of "
+        "gear rattle in Roots blower vacuum pumps, J. Sound Vib. 308 (2007). Numbers of equations: not to be "
+        "had; (1) is "
         "derived in the file of the machine."
     )
+
+    known_for = KnownFor(
+        "Speed after impacts on the driving flank over the eccentricity: chaos, one impact in a turn, two.",
+        "diagram", over=("eccentricity", 0.05, 0.6),
+    )  # fmt: skip
     to_try = (
         (
             "diagram gear-rattle --over eccentricity=0.05:0.6:200 --out diagram.png",

@@ -19,6 +19,7 @@ from vibroimpact._core.checks import (
     positive,
     real,
 )
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -76,6 +77,10 @@ class ImpactDamper(Machine):
     """
 
     source = "The paper on the impact damper, equations (1) to (4): docs/references.bib, paper."
+    known_for = KnownFor(
+        "Points at stop A of a motion at omega = 0.9958: a closed curve, so a torus.",
+        "section", parameters={"omega": 0.9958}, settled=2000,
+    )  # fmt: skip
     to_try = (
         (
             "branch impact-damper/A --bounds omega=0.5:1.5 --out branch.svg",

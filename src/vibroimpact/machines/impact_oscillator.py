@@ -25,6 +25,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -100,6 +101,10 @@ class ImpactOscillator(Machine):
         "grazing incidence in an impact oscillator, J. Sound Vib. 145 (1991) 279-297; undamped, C. Budd, F. Dux, "
         "Chattering and related behaviour in impact oscillators, Phil. Trans. R. Soc. A 347 (1994) 365-389."
     )
+    known_for = KnownFor(
+        "Speed after the impacts over the frequency: an impact in one period, in two, in three, with chaos between.",
+        "diagram", over=("omega", 2.4, 6.5),
+    )  # fmt: skip
     to_try = (
         ("diagram impact-oscillator --zeta 0.02 --restitution 0.8 --clearance 0 --over omega=2:6:300 --out d.png",
          "one impact per period, per two, ..., chaos between"),

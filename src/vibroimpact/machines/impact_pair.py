@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -43,6 +44,10 @@ class ImpactPair(Machine):
         "Sound Vib. 114 (1987) 535-547. Numbers of equations: not to be had; (2) is derived in the file of the "
         "machine."
     )
+    known_for = KnownFor(
+        "Velocity after impacts at one wall over the clearance: chaos of the narrow slot, then impacts in turn.",
+        "diagram", over=("half_clearance", 0.3, 3.0),
+    )  # fmt: skip
     to_try = (
         (
             "diagram impact-pair --over half_clearance=0.2:3:200 --out diagram.png",

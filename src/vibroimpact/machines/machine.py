@@ -20,6 +20,7 @@ from typing import Any, ClassVar, Self, TypeVar, cast, dataclass_transform
 
 from vibroimpact._core.checks import check_flag, names_arguments
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.units import Quantity, of_quantity
 from vibroimpact.model.described import Described
 from vibroimpact.model.mechanism import Mechanism
@@ -85,6 +86,8 @@ class Machine(Described):
         What to look at first: arguments of the command ``vibroimpact``, each with what they show.
     example
         Values of the parameters without default that make an example.
+    known_for
+        What the gallery shows of it.
     """
 
     __slots__ = ("__weakref__",)  # so that the mechanism is built once: model/system.py
@@ -94,6 +97,7 @@ class Machine(Described):
     source: ClassVar[str] = ""
     to_try: ClassVar[tuple[tuple[str, str], ...]] = ()
     example: ClassVar[Mapping[str, float]] = {}
+    known_for: ClassVar[KnownFor] = KnownFor("A motion with the defaults.")
 
     def __post_init__(self) -> None:
         for one in fields(cast(Any, self)):

@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.elements.soft_stop import SoftStop
@@ -51,9 +52,12 @@ class Mole(Machine):
 
     source = (
         "E. Pavlovskaia, M. Wiercigroch, C. Grebogi, Modeling of an impact system with a drift, Phys. Rev. E 64 "
-        "(2001) 056224; E. Pavlovskaia, M. Wiercigroch, Chaos, Solitons and Fractals (2003), Fig. 3: a = 0.3, b = "
-        "0.1, damping ratio 0.01, omega = 0.1. Numbers of equations: not to be had."
+        "(2001) 056224; E. Pavlovskaia, M. Wiercigroch, Analytical drift reconstruction for visco-elastic impact "
+        "oscillators operating in "
+        "periodic and chaotic regimes, Chaos, Solitons and Fractals (2003), doi 10.1016/S0960-0779(03)00128-0, Fig. 3: "
+        "a = 0.3, b = 0.1, damping ratio 0.01, omega = 0.1. Numbers of equations: not to be had."
     )
+    known_for = KnownFor("Each blow drives the slider into the soil: two blows of different size.")
     to_try = (
         ("simulate mole --t-max 300 --out mole.svg", "progress, blow by blow"),
         (

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import check_count, fraction, nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -55,6 +56,7 @@ class MultiUnitDamper(Machine):
         "S. F. Masri, Analytical and experimental studies of multiple-unit impact dampers, J. Acoust. Soc. Am. 45 "
         "(1969) 1111-1117. Numbers of equations: not to be had."
     )
+    known_for = KnownFor("Four units in their cavities: they need not move alike.")
     to_try = (
         ("diagram multi-unit-damper --over omega=0.7:1.3:100 --out d.png", "beside --units 1"),
         ("simulate multi-unit-damper --out units.svg", "units in step and out of step"),

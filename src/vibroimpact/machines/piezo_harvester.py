@@ -10,6 +10,7 @@ of the damping matrix and does no work; the power of the load is V^2 / resistanc
 from __future__ import annotations
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.soft_stop import SoftStop
 from vibroimpact.model.harmonic import Harmonic
@@ -44,6 +45,10 @@ class PiezoHarvester(Machine):
         "Ai et al. (2019), a piezoelectric harvester with an end stop. Title and numbers of equations: not to be "
         "had; (1), (2) are the usual ones of one mode."
     )
+    known_for = KnownFor(
+        "Place once a period over the frequency, up and down: the stop bends the resonance over.",
+        "diagram", over=("omega", 0.8, 1.6), way="both", at="phase", variable="x1",
+    )  # fmt: skip
     to_try = (
         ("sweep piezo-harvester --over omega=0.8:1.6:100 --observe rms --out power.nc",
          "the stop widens the resonance"),

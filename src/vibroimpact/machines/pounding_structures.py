@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -45,6 +46,7 @@ class PoundingStructures(Machine):
         "S. A. Anagnostopoulos, Pounding of buildings in series during earthquakes, Earthquake Eng. Struct. Dyn. 16 "
         "(1988) 443-456, here with two structures and a rigid joint. Numbers of equations: not to be had."
     )
+    known_for = KnownFor("Two structures sway, and strike each other where they meet.")
     to_try = (
         ("simulate pounding --out blows.svg", "both structures, and where they strike"),
         (

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.elements.soft_stop import SoftStop
@@ -52,6 +53,7 @@ class Rammer(Machine):
         "on percussive drilling with dry friction (1999). Numbers of equations: not to be had; (3) is derived in "
         "the file of the machine."
     )
+    known_for = KnownFor("Blow by blow the soil settles; between blows it rests.")
     to_try = (
         ("simulate rammer --t-max 60 --out rammer.svg", "the settlement, blow by blow"),
         (

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -47,6 +48,11 @@ class Shaker(Machine):
         "V. I. Babitsky, Theory of Vibro-Impact Systems and Applications, Springer 1998; G. W. Luo et al., on "
         "inertial shakers (2008). Numbers of equations: not to be had."
     )
+    known_for = KnownFor(
+        "Velocity of the table after the impacts over the frequency: rest of the part, hops, chaos.",
+        "diagram", over=("omega", 1.5, 6.0),
+        at="B",
+    )  # fmt: skip
     to_try = (
         (
             "diagram shaker --over omega=2:6:200 --out diagram.png",

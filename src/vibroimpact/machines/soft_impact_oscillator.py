@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.soft_stop import SoftStop
 from vibroimpact.model.harmonic import Harmonic
@@ -50,6 +51,10 @@ class SoftImpactOscillator(Machine):
         "one-sided elastic constraint, Phil. Trans. R. Soc. A 366 (2008) 679-704. Numbers of equations: not to be "
         "had; of its parameters only the ratio 29 is taken from it."
     )
+    known_for = KnownFor(
+        "Place once a period over the frequency: a narrow band of chaos where the motion begins to touch the stop.",
+        "diagram", over=("omega", 0.7, 0.95), at="phase", variable="x1",
+    )  # fmt: skip
     to_try = (
         (
             "diagram soft-impact-oscillator --over omega=0.6:1:300 --out diagram.png",

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.harmonic import Harmonic
@@ -47,6 +48,10 @@ class VibrationHammer(Machine):
         "V. I. Babitsky, Theory of Vibro-Impact Systems and Applications, Springer 1998; named as an application in "
         "the paper on the impact damper. Numbers of equations: not to be had."
     )
+    known_for = KnownFor(
+        "Velocity of the housing after the blows over the frequency: ranges of one blow in a period, and others.",
+        "diagram", over=("omega", 0.5, 2.5),
+    )  # fmt: skip
     to_try = (
         (
             "diagram vibration-hammer --over omega=0.5:2.5:200 --out diagram.png",

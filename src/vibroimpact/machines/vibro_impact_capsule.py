@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import nonnegative, positive, real
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.elements.soft_stop import SoftStop
@@ -52,6 +53,7 @@ class VibroImpactCapsule(Machine):
         "Sci. 66 (2013); Y. Liu, E. Pavlovskaia, D. Hendry, M. Wiercigroch, Vibro-impact responses of capsule "
         "system with various friction models, Int. J. Mech. Sci. (2013) 39-54. Numbers of equations: not to be had."
     )
+    known_for = KnownFor("Each impact of the mass inside drags the capsule on; it rests between.")
     to_try = (
         ("simulate capsule --t-max 100 --out capsule.svg", "how it creeps"),
         (

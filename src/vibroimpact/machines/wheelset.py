@@ -19,6 +19,7 @@ from __future__ import annotations
 from dataclasses import field
 
 from vibroimpact._core.checks import fraction, nonnegative, positive
+from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.mechanism import Mechanism
@@ -59,6 +60,9 @@ class Wheelset(Machine):
         "J. P. Meijaard, A. D. de Pater, Railway vehicle systems dynamics and chaotic vibrations (1989); A. H. "
         "Wickens, Fundamentals of Rail Vehicle Dynamics (2003). Numbers of equations: not to be had; (3) is derived "
         "in the file of the machine. Creep that saturates is no linear force, and is left out."
+    )
+    known_for = KnownFor(
+        "It begins to hunt, and strikes the flanges in turn.", settled=0.0, shown=60.0
     )
     to_try = (
         ("simulate wheelset --speed 1.2 --out hunting.svg", "hunting from flange to flange"),
