@@ -65,7 +65,7 @@ def test_a_plastic_orbit_is_one_orbit_and_can_be_followed() -> None:
     system = one_mass(omega=2.2, restitution=0.0, lower=-0.2)
     search = vi.find_orbits(system, most_cycles=3, most_impacts=3, starts=5)
     assert [orbit.symbol for orbit in search.orbits] == ["1-0-1"]
-    branch = vi.continue_orbit(search.orbits[0], "forces[0].sine[0]", (0.5, 4.0))
+    branch = vi.continue_orbit(search.orbits[0], "forces[0].sine[0]", (0.5, 4.0), inadmissible=True)
     assert branch.values.max() == 4.0
     kinds = [point.kind for point in branch.special_points]
     assert {"SN", "PD"} <= set(kinds)
@@ -112,7 +112,7 @@ def test_every_stop_that_is_grazed_is_reported() -> None:
     )
     system = one_mass(force=1.0, stops=stops)
     orbit = vi.find_orbit(system, vi.State((0.0,), (1.0,)))
-    branch = vi.continue_orbit(orbit, "forces[0].sine[0]", (0.5, 12.0))
+    branch = vi.continue_orbit(orbit, "forces[0].sine[0]", (0.5, 12.0), inadmissible=True)
     touched = [(p.nearest.contact, p.nearest.side) for p in branch.special_points if p.nearest]
     assert touched == [(1, -1), (2, -1)]
 

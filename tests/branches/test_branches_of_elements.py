@@ -50,7 +50,8 @@ def test_orbits_with_a_soft_stop_end_where_the_linear_response_grazes_it(soft: v
     amplitude = 0.9 * w**2 / math.hypot(1.0 - w**2, 0.02 * w)
     assert abs(point.parameter - amplitude) < 1e-12
     assert point.admissible
-    assert soft.curve.ends[1].reason is vi.continuation.Stopped.EVENT
+    assert soft.curve.ends[1].reason is vi.continuation.Stopped.NO_MOTION
+    assert [branch.symbol for branch in soft.others] == ["1-0-0"]
     assert not soft.curve.unresolved
     assert np.all(np.isnan(point.multipliers))  # one touch, two sequences
     linear = vi.switch_branch(point)
@@ -125,15 +126,15 @@ def test_friction_begins_to_stick_at_its_closed_form_seen_from_both_sides() -> N
     level, low = "elements[0].kinetic", 0.3
     slipping = vi.continue_orbit(vi.find_orbit(rubbing(low), REST), level, (0.28, 0.6))
     wanted = onset_of_sticking(0.6)
-    for label in ("STICK1", "STICK2"):  # on the way up and down
-        assert abs(slipping[label].parameter - wanted) < 1e-12
-    sticking = vi.switch_branch(slipping["STICK1"])
-    assert isinstance(sticking, vi.Branch)
+    onset = slipping["STICK1"]
+    assert abs(onset.parameter - wanted) < 1e-12
+    assert onset.images == 2  # on the way up and down
+    (sticking,) = slipping.others  # the branch goes on
     assert sticking.orbit(-1).zero_multipliers == 1
-    assert abs(sticking["SIM1"].parameter - wanted) < 1e-12
-    assert "sequence" in sticking["SIM1"].meaning
-    admissible = slipping.values[slipping.admissible]
-    assert admissible.max() < wanted < slipping.values[~slipping.admissible].min()
+    assert abs(sticking["REST1"].parameter - wanted) < 1e-12
+    assert "sticks for no time" in sticking["REST1"].meaning
+    assert slipping.admissible.all()
+    assert slipping.values.max() < wanted < sticking.values.min()
 
 
 def test_the_ball_on_a_table_is_born_and_doubles_at_its_closed_forms() -> None:

@@ -98,7 +98,7 @@ def test_a_loop_longer_than_one_direction_is_joined_where_the_two_meet() -> None
     system = vi.Family(oscillator, s=0.1, r=0.8, omega=2.0)
     orbit = vi.find_orbit(system, vi.State((0.1,), (-0.5,), 0.0))
     steps = vi.Steps(first=0.02, largest=0.5, points=250)
-    branch = vi.continue_orbit(orbit, "s", (-3.0, 3.0), steps=steps)
+    branch = vi.continue_orbit(orbit, "s", (-3.0, 3.0), steps=steps, inadmissible=True)
     assert [end.reason for end in branch.curve.ends] == [Stopped.CLOSED, Stopped.CLOSED]
     turn = branch.orbit(len(branch) - 1).states[0] - branch.orbit(0).states[0]
     np.testing.assert_allclose(np.abs(turn), [0.0, 0.0, 2.0 * math.pi], atol=1e-6)
@@ -253,10 +253,10 @@ def test_a_grazing_that_cannot_be_located_is_unresolved_and_loses_no_branch(
         return Attempt(NewtonStatus.NO_CONVERGENCE, guess)
 
     orbit = vi.symmetric_orbits(damper)[0]
-    before = vi.continue_orbit(orbit, "omega", (0.5, 0.53))
+    before = vi.continue_orbit(orbit, "omega", (0.5, 0.53), inadmissible=True)
     assert [p.kind for p in before.special_points] == ["GR"]
     monkeypatch.setattr(grazing, "correct", fails)
-    branch = vi.continue_orbit(orbit, "omega", (0.5, 0.53))
+    branch = vi.continue_orbit(orbit, "omega", (0.5, 0.53), inadmissible=True)
     assert len(branch) == len(before)
     assert not branch.special_points
     [note] = branch.curve.unresolved

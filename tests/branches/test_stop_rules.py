@@ -27,11 +27,11 @@ def orbit() -> vi.Orbit:
 
 @pytest.fixture(scope="module")
 def whole(orbit: vi.Orbit) -> vi.Branch:
-    return vi.continue_orbit(orbit, "omega", BOUNDS, steps=STEPS)
+    return vi.continue_orbit(orbit, "omega", BOUNDS, steps=STEPS, inadmissible=True)
 
 
 def stopped(orbit: vi.Orbit, rule: StopWhen) -> vi.Branch:
-    return vi.continue_orbit(orbit, "omega", BOUNDS, steps=STEPS, stop_when=rule)
+    return vi.continue_orbit(orbit, "omega", BOUNDS, steps=STEPS, stop_when=rule, inadmissible=True)
 
 
 def counts(whole: vi.Branch, part: vi.Branch) -> tuple[int, int]:

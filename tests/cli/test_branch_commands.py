@@ -251,6 +251,7 @@ def test_what_does_not_exist_is_a_failure_with_the_reason(
 def test_a_motion_that_leads_to_no_orbit_is_a_failure(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    Path("far.toml").write_text(WALL.replace("upper = 0.5", "upper = 50.0"), encoding="utf-8")
+    held = '[[mechanism.elements]]\nkind = "friction"\nrow = [1.0]\nkinetic = 5.0\n\n[start]'
+    Path("far.toml").write_text(WALL.replace("[start]", held), encoding="utf-8")
     assert cli.main(["branch", "--config", "far.toml", "--bounds", "omega=0.7:0.9"]) == cli.FAILED
     assert "no periodic orbit was found" in capsys.readouterr().err

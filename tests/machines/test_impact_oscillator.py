@@ -136,7 +136,7 @@ def test_a_branch_folds_and_doubles_its_period_where_the_closed_form_does() -> N
         return closed_form(replace(ONE, clearance=clearance))[0]
 
     orbit = found_by_library(ONE, closed_form(ONE)[1][-1])
-    branch = vi.continue_orbit(orbit, "omega", (2.2, 3.2))
+    branch = vi.continue_orbit(orbit, "omega", (2.2, 3.2), inadmissible=True)
     places = [p.parameter for p in branch.special_points if p.kind == "PD"]
     expected = [
         brentq(doubling, low, high, xtol=1e-14)
@@ -145,7 +145,7 @@ def test_a_branch_folds_and_doubles_its_period_where_the_closed_form_does() -> N
     ]
     assert expected
     np.testing.assert_allclose(sorted(places), expected, rtol=1e-10)
-    branch = vi.continue_orbit(orbit, "clearance", (0.0, 1.0))
+    branch = vi.continue_orbit(orbit, "clearance", (0.0, 1.0), inadmissible=True)
     folds = [p.parameter for p in branch.special_points if p.kind == "SN"]
     assert folds == pytest.approx([brentq(fold, 0.0, 1.0, xtol=1e-14)], rel=1e-9)
 

@@ -38,7 +38,9 @@ SET_A = vi.ImpactDamper(
 @pytest.fixture(scope="module")
 def symmetric() -> vi.Branch:
     """Through grazing at 0.507, symmetry breaking at 0.707 and a Neimark-Sacker point at 0.932."""
-    return vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.48, 0.95))
+    return vi.continue_orbit(
+        vi.symmetric_orbits(SET_A)[0], "omega", (0.48, 0.95), inadmissible=True
+    )
 
 
 @pytest.fixture(scope="module")

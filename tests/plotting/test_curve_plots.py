@@ -25,7 +25,9 @@ from vibroimpact.plotting.branch_looks import look_of
 from vibroimpact.plotting.curves import LINES
 
 COLOURS = {
-    label: look_of(kind).colour for label, kind in ONE.items() if label != "STICK"
+    label: look_of(kind).colour
+    for label, kind in ONE.items()
+    if label not in ("STICK", "REST", "CHAT")
 }  # of curves
 
 pytestmark = pytest.mark.usefixtures("no_windows")

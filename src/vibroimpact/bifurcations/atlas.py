@@ -236,7 +236,7 @@ class _Search:
     def from_orbit(self, orbit: Orbit) -> None:
         """Curves through the bifurcations of the branches along both parameters."""
         for name, pair in zip(self.names, self.bounds, strict=True):
-            branch = continue_orbit(orbit, name, pair, progress=self._tell)
+            branch = continue_orbit(orbit, name, pair, inadmissible=True, progress=self._tell)
             uninterrupted(branch.curve)
             for point in branch.special_points:
                 self._follow(point, point.record)

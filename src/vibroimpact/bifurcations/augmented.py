@@ -46,6 +46,7 @@ class Augmented:
     ) -> None:
         self.equations, self.condition, self.bounds = equations, condition, bounds
         self._tests = tests
+        self.silent = {condition.own}  # tests of the orbit that are zero all along the curve
         d, k = len(equations.sizes), condition.unknowns
         self._parts = [d, d + k]
         spans = [high - low for low, high in bounds]
@@ -91,7 +92,7 @@ class Augmented:
         touches = {
             name: value
             for name, value in self.equations.touches(z, a).items()
-            if name != self.condition.own
+            if name not in self.silent
         }
         return {BOUND: bound, **self._tests(z, w, a), **touches}
 

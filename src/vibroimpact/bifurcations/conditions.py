@@ -7,6 +7,9 @@ Method      with L and E of equations.py, sizes of unknowns and equations divide
                         pair's invariant subspace:  L(1) V = E V (S - I),
                         d det S = tr(adj(S) (W' E V)^-1 W' dF_z V)                               (3)
             GR          u(t) = 0, u'(t) = 0 of the gap u in the flight that grazes; unknown t    (4)
+            STICK, REST a guard u, or its rate, is zero just after an event, in the mode that follows or in one
+                        that would: u = 0 of the force that would hold a stop closed or friction, u' = 0 of
+                        the slip                                                                  (5)
             level       g(z, a) = 0, a function of the user's
             (1) is regular at cusps, at R1, R2 and fold-flip points, (2) and (3) where the pair is real and
             where it meets at 1 or -1, so that the curve goes on as one of neutral saddles; (4) is an ordinary
@@ -28,11 +31,22 @@ from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.branches.family import FLIGHT, SPEED, Parameters, products_of_pairs
+from vibroimpact.branches.family import (
+    CHATTER,
+    FLIGHT,
+    REST,
+    SPEED,
+    STICK,
+    Parameters,
+    products_of_pairs,
+    rests_of,
+)
 from vibroimpact.branches.kinds import Function
-from vibroimpact.compile.prescribed import End
+from vibroimpact.compile.modes import code_of
+from vibroimpact.compile.prescribed import FORCE_WATCH, End, Prescribed, compile_prescribed
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.reversals import held_code
 
 
 class Derivatives(NamedTuple):
@@ -261,6 +275,75 @@ class ClosingRate(_OneEquation):
         return gradient
 
 
+class JustAfter(_OneEquation):
+    """Condition (5): a guard, or its rate, is zero at the start of a flight."""
+
+    def __init__(
+        self, plane: OrbitPlane, segment: int, ends: Sequence[End], own: str, *, rate: bool
+    ) -> None:
+        self.plane, self.segment, self.own, self.rate = plane, segment, own, rate
+        self.ends = [*ends]  # limits of one guard, of which the nearest at the first point counts
+
+    def _at(self, z: Floats, a: Pair, name: str) -> tuple[Prescribed, Floats, Floats]:
+        compiled = compile_prescribed(self.plane.system_at(a), name, (self.ends[0].mode,))
+        state = self.plane.states_at(z, a)[self.segment][None]
+        if len(self.ends) > 1:
+            many = np.repeat(state, len(self.ends), axis=0)
+            gaps = compiled.linearise(many, np.zeros(len(many)), self.ends).gap
+            self.ends = [self.ends[int(np.argmin(np.abs(gaps)))]]
+        return compiled, state, np.zeros(1)
+
+    def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
+        """The guard, or its rate."""
+        compiled, states, durations = self._at(z, a, self.plane.names[0])
+        parts = compiled.linearise(states, durations, self.ends)
+        return parts.rate if self.rate else parts.gap
+
+    def gradient(self, z: Floats, a: Pair) -> Floats:
+        """Derivatives of the value."""
+        plane, n = self.plane, 2 * self.plane.mechanism.degrees
+        in_time = np.zeros((1, n + 2))
+        in_time[0, -1] = 1.0
+        rows = []
+        for name in plane.names:
+            compiled, states, durations = self._at(z, a, name)
+            if self.rate:
+                found = compiled.second(states, durations, self.ends, in_time)[1]
+            else:
+                found = compiled.linearise(states, durations, self.ends).gap_by
+            rows.append(found[0])
+        gradient = np.zeros(len(z) + 2)
+        first = self.segment * (plane.size + 1)
+        gradient[first : first + plane.size] = rows[0][plane.kept]
+        gradient[-2:] = [row[-1] for row in rows]
+        return gradient
+
+
+def sticking(plane: OrbitPlane, segment: int) -> Condition:
+    """A plastic impact, or a reversal of slip, after which the motion no longer goes on at once."""
+    m, mode, own = plane.mechanism, plane.modes[segment], f"{STICK} {segment}"
+    stop = plane.signature.impacts[segment]
+    if stop.contact < len(m.rigid_stops):
+        closed = mode + code_of((stop,))
+        force = End(stop.contact, -1, closed, FORCE_WATCH)
+        return JustAfter(plane, segment, [force], own, rate=False)
+    ends = compile_prescribed(plane.system, "", (mode,)).ends
+    slip = next(end for end in ends if end.contact == stop.contact)
+    return JustAfter(plane, segment, [slip], own, rate=True)
+
+
+def resting(plane: OrbitPlane, segment: int) -> Condition:
+    """A stop is rested on, or friction sticks, for no time; a reversal at which friction is about to stick."""
+    what = rests_of(plane.mechanism, plane.signature).get(segment)
+    if what:
+        return FlightTime(plane, segment, what)
+    contact, mode = plane.signature.impacts[segment].contact, plane.modes[segment]
+    stuck = held_code(plane.mechanism, mode, contact)
+    ends = compile_prescribed(plane.system, "", (stuck,)).ends
+    levels = [end for end in ends if end.contact == contact]
+    return JustAfter(plane, segment, levels, f"{REST} {segment}", rate=False)
+
+
 # ---- a level of a function -----------------------------------------------------------------------
 
 
@@ -298,8 +381,8 @@ class Level(_OneEquation):
 class FlightTime(Level):
     """A flight takes no time: the two impacts at its ends coincide."""
 
-    def __init__(self, plane: OrbitPlane, segment: int) -> None:
-        super().__init__(plane, self._time, 0.0, f"{FLIGHT} {segment}")
+    def __init__(self, plane: OrbitPlane, segment: int, what: str = FLIGHT) -> None:
+        super().__init__(plane, self._time, 0.0, f"{what} {segment}")
         self.segment = segment
 
     def _time(self, _states: Any, durations: Any, _parameters: Any) -> Any:
@@ -317,5 +400,8 @@ def _seeded(x: float, direction: int) -> Jet:
 OF_TESTS: dict[str, Callable[[OrbitPlane, int], Condition]] = {
     SPEED: ClosingRate,
     FLIGHT: FlightTime,
+    STICK: sticking,
+    REST: resting,
+    CHATTER: resting,
 }
 """Conditions that a test function of a segment is zero."""

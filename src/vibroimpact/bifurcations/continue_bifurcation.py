@@ -40,6 +40,7 @@ from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import OrbitFamily, lossless
 from vibroimpact.branches.kinds import BP, EVENTS, GR, LEVEL, NS, ONE, Function, checked_value
 from vibroimpact.branches.point import BifurcationPoint, is_motion
+from vibroimpact.branches.same_orbit import half_turn
 from vibroimpact.continuation import Curve, Steps, Stopped, continue_curve
 from vibroimpact.continuation.curve import End, Unresolved
 from vibroimpact.continuation.walk import check_steps
@@ -206,11 +207,21 @@ def followed(
 ) -> BifurcationCurve:
     """Curve from a start; ``options`` are those of ``continue_curve``."""
     problem = Augmented(start.equations, start.condition, start.tests, bounds)
+    problem.silent |= _at_the_image(start)
     guess = problem.packed(start.z, start.condition.start(start.z, start.a), start.a)
     curve = continue_curve(
         problem, guess, start.a[1], bounds[1], terminal=(BOUND,), steps=steps or STEPS, **options
     )
     return curve_of(start.kind, problem, curve)
+
+
+def _at_the_image(start: Start) -> set[str]:
+    """The test function that is zero with that of the condition in an orbit that is its own mirror image."""
+    word, _, number = start.condition.own.partition(" ")
+    orbit = start.equations.solution(start.z, start.a)
+    if not number.isdigit() or not isinstance(orbit, Orbit) or not (half := half_turn(orbit)):
+        return set()
+    return {f"{word} {(int(number) + half) % (2 * half)}"}
 
 
 def curve_of(kind: PointKind, problem: Augmented, curve: Curve) -> BifurcationCurve:

@@ -23,7 +23,7 @@ from vibroimpact.bifurcations.conditions import Graze, critical_pair
 from vibroimpact.bifurcations.kinds import CROSSING, TWO, WEAK, with_multipliers
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.bifurcations.tests_along import CUBIC, CUSP, FLIP, FOLD, RESONANCES
-from vibroimpact.branches.family import EVENT, FLIGHT, SPEED, STICK
+from vibroimpact.branches.family import CHATTER, EVENT, FLIGHT, REST, SPEED, STICK
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.kinds import GR, kind_of_test
 from vibroimpact.branches.point import BifurcationPoint
@@ -38,7 +38,7 @@ from vibroimpact.orbits.orbit import Orbit
 TOUCH_RATE = 1e-6
 # Kappa, or a multiplier, agrees so well: double ones are known to half of the digits.
 SAME_MULTIPLIER = 1e-4
-NO_MULTIPLIERS = (SPEED, FLIGHT, STICK, EVENT)  # words of test functions
+NO_MULTIPLIERS = (SPEED, FLIGHT, STICK, REST, CHATTER, EVENT)  # words of test functions
 
 _Fields = dict[str, Any]  # of a special point; its place is that of a located point
 

@@ -35,7 +35,6 @@ from vibroimpact.orbits.closing_segment import closing_loop
 from vibroimpact.orbits.find import (
     Guess,
     find_orbit,
-    mirrored,
     repeated,
     rotated,
     unfolded,
@@ -62,7 +61,7 @@ class BranchStart(NamedTuple):
     family: OrbitFamily
     z: Floats
     parameter: float
-    tangent: Floats
+    tangent: Floats | None
     both: bool
 
 
@@ -187,8 +186,8 @@ def _without_events(orbit: Orbit) -> tuple[Signature, Guess, Nearest] | None:
     late = -float(orbit.states[0, -1]) % (2.0 * math.pi) / m.omega  # from the impact to the phase 0
     state = orbit.problem.compiled(orbit.parameter_value).after(orbit.states[0], late, mode)
     touched = known.impacts[0]
-    if late > period:  # the flight is half of one period, and the other half its mirror image
-        state, touched = mirrored(state[None], 0.0)[0], touched.opposite
+    if known.symmetric and late <= period:  # it is in the second half, its image in the first
+        touched = touched.opposite
     state[-1] = 0.0
     touch = Nearest(0.0, *touched, 0, -late % period)
     return signature, Guess(state[None], orbit.durations), touch
@@ -237,6 +236,7 @@ def _ordinary(
 
 def _closing(start: BranchStart, k: int) -> BranchStart:
     """Direction of (1) only: towards a positive closing speed of impact k."""
+    assert start.tangent is not None
     there = start.z + NUDGE_ALONG_TANGENT * start.tangent[:-1]
     rate = start.family.linearised(there, start.parameter).rate[k]
     forward = np.copysign(1.0, start.family.impacts[k][1] * rate)

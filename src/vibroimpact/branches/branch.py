@@ -23,7 +23,7 @@ from vibroimpact.results.result import INSIDE, Result, along, rows
 
 @dataclass(frozen=True, eq=False)
 class Branch(Result):
-    """Orbits with one signature along a parameter.
+    """Orbits with one signature along a parameter; with :attr:`others` those with which it goes on.
 
     Attributes
     ----------
@@ -45,6 +45,9 @@ class Branch(Result):
         :class:`BifurcationPoint` in order along the branch.
     curve
         The continued curve: unknowns, residuals, Newton steps, reasons of both ends.
+    others
+        Branches of other sequences with which it goes on where its own orbits end to be motions, in the order in
+        which they were found; each has its own points and special points.
     """
 
     parameter: str
@@ -57,6 +60,7 @@ class Branch(Result):
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     curve: Curve = field(metadata=INSIDE, repr=False)
     family: OrbitFamily = field(repr=False)
+    others: tuple[Branch, ...] = field(default=(), repr=False)
 
     def __len__(self) -> int:
         return len(self.values)
@@ -120,7 +124,7 @@ class Branch(Result):
             *(f"  {point!r}" for point in self.special_points),
             f"  ends: {self.curve.ends[0]}; {self.curve.ends[1]}",
         ]
-        return "\n".join(lines)
+        return "\n".join([*lines, *map(repr, self.others)])
 
 
 # ---- points and special points in order ------------------------------------------------------------

@@ -12,14 +12,24 @@ from vibroimpact._core.checks import check_flag, names_arguments, range_of, vect
 from vibroimpact._core.labels import numbered
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
+from vibroimpact.branches.beginning import BranchStart
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.checks import check_parameter
-from vibroimpact.branches.family import OrbitFamily
+from vibroimpact.branches.family import CHATTER, REST, OrbitFamily, rests_of
+from vibroimpact.branches.going_on import going_on, trimmed
 from vibroimpact.branches.grazing import grazings
-from vibroimpact.branches.kinds import GR, Function, checked_value, events_of, kind_of_test
+from vibroimpact.branches.kinds import (
+    CHATTERING,
+    GR,
+    Function,
+    checked_value,
+    events_of,
+    kind_of_test,
+)
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.branches.stop_rules import StopWhen, stop_rule
-from vibroimpact.branches.vanishing import passed_over, touch_at
+from vibroimpact.branches.same_orbit import half_turn
+from vibroimpact.branches.stop_rules import AT_ONCE, StopWhen, stop_rule, with_rule
+from vibroimpact.branches.vanishing import passed_over, rest_at, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
 from vibroimpact.continuation.walk import START_ARCLENGTH, check_steps
@@ -28,6 +38,11 @@ from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
 SAME_ARCLENGTH = 1e-6  # functions that vanish at points so near, in scaled arclength, vanish at one
+# The sum of chatter stops at this share of its first speed (orbit/prescribed.hpp), with an error of it where the
+# force that ends it vanishes.
+CHATTER_RELATIVE = 2.0**-27
+# A rest after chatter at the end of a curve is that of a vanishing one where its square, in periods, is less.
+SHORT_REST_OF_PERIOD = 1e-4
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
@@ -43,6 +58,7 @@ def continue_orbit(
     tangent: Floats | None = None,
     test_functions: Mapping[str, Function] | None = None,
     stop_when: StopWhen | None = None,
+    inadmissible: bool = False,
     progress: ProgressOption = True,
 ) -> Branch:
     """Follow the branch of a periodic orbit in a parameter, with all its bifurcations.
@@ -73,6 +89,10 @@ def continue_orbit(
         True, or the reason as a text, the branch ends in this direction, with the reason in
         ``branch.curve.ends``. Ready-made are ``vi.stop.inadmissible(beyond=...)`` and
         ``vi.stop.unstable(multipliers=...)``.
+    inadmissible
+        By default the branch follows what exists: it ends where its orbits end to be motions of the machine, and
+        goes on with the orbits of other sequences that begin there, ``branch.others``. True follows the orbits of
+        its own sequence alone, motions or not. A start that is no motion is followed so in any case.
     progress
         True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points.
@@ -121,6 +141,8 @@ def continue_orbit(
     low, high = range_of("bounds", bounds, parameter, value)
     check_steps(steps, progress)
     check_flag("both", both)
+    check_flag("inadmissible", inadmissible)
+    inadmissible = inadmissible or not start.admissible
     check_parameter(start, parameter, (low, high))
     z = start.problem.packed(start.states, start.durations)
     if tangent is not None:
@@ -130,13 +152,19 @@ def continue_orbit(
     )
     for label, kind in family.events.items():
         checked_value(f"test_functions[{label!r}]", kind.function, family.arguments(z, value))
+    rules = stop_when if inadmissible else with_rule(stop_when, AT_ONCE)
     with Reporter(progress, "branch") as report:
-        curve = continue_curve(
-            family, z, value, (low, high), tangent=tangent, both=both, steps=steps or STEPS,
-            stop_when=stop_rule(stop_when, family, (low, high)),
-            progress=report.counted("points", parameter),
-        )  # fmt: skip
-    return branch_of(family, curve, (low, high))
+        told = report.counted("points", parameter)
+
+        def follow(begun: BranchStart) -> Branch:
+            curve = continue_curve(
+                begun.family, begun.z, begun.parameter, (low, high), tangent=begun.tangent, both=begun.both,
+                steps=steps or STEPS, stop_when=stop_rule(rules, begun.family, (low, high)), progress=told,
+            )  # fmt: skip
+            return branch_of(begun.family, curve, (low, high))
+
+        branch = follow(BranchStart(family, z, value, tangent, both))
+        return branch if inadmissible else going_on(*trimmed(branch), follow)
 
 
 def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) -> Branch:
@@ -147,11 +175,16 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
         for end, at in zip(curve.ends, (0, -1), strict=True)
     )
     curve = replace(curve, ends=(before, after))
-    located = [*_bifurcations(family, curve), *_touches(family, curve, orbits, bounds)]
+    located = [
+        *_bifurcations(family, curve),
+        *_touches(family, curve, orbits, bounds),
+        *_ends_of_chatter(curve, orbits),
+    ]
     doubtful = [item for item in located if isinstance(item, Unresolved)]
     found = sorted(
         (item for item in located if isinstance(item, dict)), key=lambda at: at["arclength"]
     )
+    found = _once(found)
     labels = numbered(at["record"].label for at in found)
     curve = replace(curve, unresolved=(*curve.unresolved, *doubtful))
     return Branch(
@@ -177,6 +210,35 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     )
 
 
+def _once(found: list[_Fields]) -> list[_Fields]:
+    """Points of which mirror images are one, those of an orbit that is its own mirror image."""
+    kept: list[_Fields] = []
+    for at in found:
+        twin = next((known for known in kept if _is_image(at, known)), None)
+        if twin is None:
+            kept.append(at)
+        else:
+            twin["images"] = 2
+    return kept
+
+
+def _is_image(one: _Fields, other: _Fields) -> bool:
+    """Whether two points at one place are half a period apart in an orbit that is its own mirror image."""
+    if one["record"] != other["record"] or one["record"].critical:
+        return False
+    if abs(one["arclength"] - other["arclength"]) > SAME_ARCLENGTH:
+        return False
+    half = half_turn(one["orbit"])
+    first, second = (_flight_of(at) for at in (one, other))
+    return bool(half) and first >= 0 and abs(first - second) == half
+
+
+def _flight_of(at: _Fields) -> int:
+    """Number of the flight to which a point belongs; -1 for none."""
+    nearest = at.get("nearest")
+    return int(nearest.segment if nearest else at.get("segment", -1))
+
+
 def _explained(end: End, refused: str, orbit: Orbit) -> End:
     """End of a curve at an orbit, with the reason why there are none beyond it."""
     if end.reason is Stopped.RULE and (why := passed_over(orbit)):
@@ -199,6 +261,8 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_Fields | Unres
                 touched.append(point.arclength)
                 yield fields | {"record": GR, "nearest": touch}
             continue
+        if rest_at(orbit) and record.test not in (REST, CHATTER):
+            continue  # a rate that vanishes with the time of a rest
         if not (record.touch or record.function) and orbit.rateless:
             continue  # the map has a limit there, the functions of its equations vanish
         if record.touch and abs(point.arclength) < START_ARCLENGTH:
@@ -210,7 +274,36 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_Fields | Unres
             reason = f"{record.label} at {family.parameter} = {point.parameter:.9g}: {why}"
             yield Unresolved(point.test, after - 1, after, reason)
         else:
+            if record == CHATTERING:
+                fields["error"] = max(point.error, CHATTER_RELATIVE * abs(point.parameter))
             yield fields | {"record": record, "segment": segment}
+
+
+def _ends_of_chatter(curve: Curve, orbits: list[Orbit]) -> Iterator[_Fields]:
+    """Ends of a curve at which chatter ceases to be completed.
+
+    The rest after it vanishes there as a root does, so that the curve ends a little before; t^2 of the last two
+    points gives the place, and how far it is from the last point is the error.
+    """
+    for at, before in ((-1, -2), (0, 1)):
+        end, orbit, second = curve.ends[at], orbits[at], orbits[before]
+        if len(curve) < 2 or end.reason is not Stopped.STEP:
+            continue
+        for k, what in rests_of(orbit.mechanism, orbit.signature).items():
+            short, longer = float(orbit.durations[k]) ** 2, float(second.durations[k]) ** 2
+            if what != CHATTER or not short < min(longer, SHORT_REST_OF_PERIOD * orbit.period**2):
+                continue
+            last, apart = (
+                float(curve.parameter[at]),
+                float(np.diff(curve.parameter[[before, at]])[0]),
+            )
+            left = apart * short / (longer - short)
+            yield {
+                "test": f"{CHATTER} {k}", "parameter": last + left, "z": curve.z[at], "tangent": curve.tangent[at],
+                "arclength": float(curve.arclength[at]),
+                "error": max(abs(left), CHATTER_RELATIVE * abs(last)), "crossing": 1 if at == 0 else -1,
+                "orbit": orbit, "record": CHATTERING, "segment": k,
+            }  # fmt: skip
 
 
 def _touches(

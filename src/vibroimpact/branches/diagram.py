@@ -37,14 +37,13 @@ from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.point import BifurcationPoint, NotFound
-from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, same_loop
+from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, orbits_at, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import switch_branch
 from vibroimpact.compile.prescribed import PHASE
 from vibroimpact.continuation import Steps, Stopped
-from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import mechanism_of
-from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, converged, solve
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, converged
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
 from vibroimpact.simulation.places import AtPhase, AtStop
@@ -219,7 +218,7 @@ def branch_diagram(
     with Reporter(progress, "diagram") as report:
         following = Following(parameter, steps, stop_when, report.say)
         options = following.options("branch 0, of the orbit")
-        first = continue_orbit(orbit, parameter, bounds, **options)
+        first = continue_orbit(orbit, parameter, bounds, inadmissible=True, **options)
         low, high = first.bounds
         tree = Tree((low, high), following)
         tree.grow(first, depth, most_branches)
@@ -427,16 +426,3 @@ def same_branch(found: Branch, known: Branch) -> str:
             if how:
                 return how
     return ""
-
-
-def orbits_at(branch: Branch, value: float) -> Iterator[Orbit]:
-    """Orbits of a branch at a value of its parameter."""
-    family, values, z = branch.family, branch.values, branch.curve.z
-    system = with_parameter(family.system, branch.parameter, value)
-    for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
-        step = values[i + 1] - values[i]
-        share = (value - values[i]) / step if step else 0.0
-        guess = Guess(*family.unpacked(z[i] + share * (z[i + 1] - z[i])))
-        orbit = solve(system, family.signature, guess)
-        if orbit.converged:
-            yield orbit

@@ -10,7 +10,10 @@ Method      The equations are those of problem.py, in z (states and flight times
                 speed k  rho_k          flight k  t_k, zero where two impacts coincide
                 event    the functions of kinds that are given by one, analytic along the branch
                 stick k (R = 0)  acceleration of the gap after impact k at a rigid stop; of the slip
-                     after friction has reversed                                           (4)
+                     after friction has reversed
+                rest k   t_k of a flight in which a stop is rested on, or friction sticks; after a reversal the
+                     force that would hold the slip less the static level, where that is above the kinetic one
+                chatter k  t_k of a rest that begins with chatter                          (4)
             F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
             (1) removes their poles at grazing; folds and branch points are found by continuation/.
             Without any loss multipliers come in pairs mu, 1 / mu and (3) is zero: it is left out.
@@ -32,8 +35,14 @@ from vibroimpact._core.chebyshev import fitted
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
+from vibroimpact.compile.modes import digit_in_code
 from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.compile.prescribed import Linearised
+from vibroimpact.compile.prescribed import (
+    CHATTER_WATCH,
+    FORCE_WATCH,
+    GAP_WATCH,
+    Linearised,
+)
 from vibroimpact.continuation.problem import Image
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
@@ -52,10 +61,12 @@ from vibroimpact.orbits.problem import (
     latest,
     least_cycles,
 )
+from vibroimpact.orbits.reversals import beyond_static
 from vibroimpact.results.tree import Missing
 
 SATURATION_OF_FASTEST = 0.05  # rho_ref has this ratio to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
+REST, CHATTER = "rest", "chatter"
 EVENT = "event"
 
 
@@ -258,7 +269,8 @@ class OrbitFamily(OrbitProblem):
         """Test functions (4): closing rates, flight times, accelerations."""
         rates, durations = self.linearised(z, p).rate, self.unpacked(z)[1]
         watched = {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
-        watched |= {f"{FLIGHT} {k}": float(t) for k, t in enumerate(durations)}
+        rests = rests_of(self.mechanism, self.signature)
+        watched |= {f"{rests.get(k, FLIGHT)} {k}": float(t) for k, t in enumerate(durations)}
         return watched | self._sticking(z, p) | self._reversing(z, p) | self._events(z, p)
 
     def followed(self, p: Value) -> dict[str, Any]:
@@ -289,8 +301,11 @@ class OrbitFamily(OrbitProblem):
         contacts = compiled.mechanism.rigid_stops
         plastic = [
             k
-            for k, stop in enumerate(begun)
-            if 0 <= stop.contact < len(contacts) and stop.restitution(contacts) == 0.0
+            for k, (stop, watch) in enumerate(zip(begun, self.signature.begun, strict=False))
+            if watch == GAP_WATCH
+            and stop.contact < len(contacts)
+            and stop.restitution(contacts) == 0.0
+            and not digit_in_code(self.modes[k], stop.contact)
         ]
         if not plastic:
             return {}
@@ -320,7 +335,30 @@ class OrbitFamily(OrbitProblem):
                 slip = next(guard for guard in mode.guards if guard.contact == number)
                 y = compiled.embedded(states[k, :-1], states[k, -1])
                 found[f"{STICK} {k}"] = side * float(slip.row @ (mode.b @ y + mode.constant))
+                if (
+                    beyond := beyond_static(self.system_at(p), modes[1], number, states[k])
+                ) is not None:
+                    found[f"{REST} {k}"] = beyond
         return found
+
+
+def rests_of(m: Mechanism, signature: Signature) -> dict[int, str]:
+    """Flights in which a stop is rested on or friction sticks, from the event of a contact to its next.
+
+    REST by their numbers, and CHATTER where they begin with chatter.
+    """
+    rigid, found = len(m.rigid_stops), {}
+    for k, (end, begun) in enumerate(zip(signature.ends, signature.begun, strict=False)):
+        if end.contact != signature.impacts[k].contact:
+            continue
+        if end.contact < rigid:
+            rests = end.watch == FORCE_WATCH
+        else:
+            states = states_from_code(end.mode, rigid, len(m.switching))
+            rests = states[end.contact - rigid] == m.switching[end.contact - rigid].holding
+        if rests:
+            found[k] = CHATTER if begun == CHATTER_WATCH else REST
+    return found
 
 
 def lossless(m: Mechanism, signature: Signature) -> bool:

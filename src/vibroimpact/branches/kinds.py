@@ -14,8 +14,8 @@ from typing import Any
 
 from vibroimpact._core.checks import refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.branches.beginning import branching, doubled, grown, shrunk
-from vibroimpact.branches.family import EVENT, FLIGHT, SPEED, STICK, OrbitFamily
+from vibroimpact.branches.beginning import branching, doubled, grown, neighbouring, shrunk
+from vibroimpact.branches.family import CHATTER, EVENT, FLIGHT, REST, SPEED, STICK, OrbitFamily
 from vibroimpact.branches.touch import touch
 from vibroimpact.normal_forms import codimension_one as maps
 from vibroimpact.normal_forms.kind import PointKind, by_label
@@ -41,10 +41,18 @@ SIM = PointKind(
 )  # fmt: skip
 STICKING = PointKind(
     "STICK", "onset of sticking", "onset of sticking: a plastic impact no longer opens at once", test=STICK,
-    of_element="onset of sticking: friction no longer reverses at once",
+    touch=True, begins=neighbouring, of_element="onset of sticking: friction no longer reverses at once",
+)  # fmt: skip
+RESTING = PointKind(
+    "REST", "rest begins", "rest begins or ends: a stop is rested on for no time", touch=True, test=REST,
+    begins=neighbouring, of_element="stick begins or ends: friction sticks for no time",
+)  # fmt: skip
+CHATTERING = PointKind(
+    "CHAT", "chatter is completed", "completed chatter begins or ends: the rest after it takes no time", touch=True,
+    test=CHATTER, begins=neighbouring,
 )  # fmt: skip
 LEVEL = PointKind("level", "level of a function", "level: a function keeps its value")
-ONE = by_label((SN, PD, NS, BP, GR, ZERO, SIM, STICKING, LEVEL))
+ONE = by_label((SN, PD, NS, BP, GR, ZERO, SIM, STICKING, RESTING, CHATTERING, LEVEL))
 
 OF_TESTS = {kind.test: kind for kind in ONE.values() if kind.test}
 EVENTS = by_label(kind for kind in ONE.values() if kind.function)

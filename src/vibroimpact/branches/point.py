@@ -67,6 +67,9 @@ class BifurcationPoint(LocatedPoint):
         Stop that is touched, and where, if a gap vanishes between the impacts; else None.
     segment
         Number of the solved impact or flight to which it belongs; -1 where it belongs to none.
+    images
+        Number of places of the orbit at which it happens at once: 2 where the orbit is its own mirror image, and
+        was not solved for as such.
     """
 
     record: PointKind
@@ -78,6 +81,7 @@ class BifurcationPoint(LocatedPoint):
     curve: PointKind | None = None
     nearest: Nearest | None = None
     segment: int = -1
+    images: int = 1
 
     @property
     def kind(self) -> str:
@@ -143,7 +147,8 @@ class BifurcationPoint(LocatedPoint):
     def __repr__(self) -> str:
         at = ", ".join(f"{name} = {value:.9g}" for name, value in self.parameters.items())
         real = "" if self.admissible else ", not admissible"
-        return f"{self.label} at {at}: {self.meaning}{real}"
+        twice = ", there and at its mirror image" if self.images > 1 else ""
+        return f"{self.label} at {at}: {self.meaning}{twice}{real}"
 
 
 def check_point(point: Any, of: type, wanted: str) -> None:

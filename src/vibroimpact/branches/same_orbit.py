@@ -12,16 +12,20 @@ Fails       never
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Floats
+from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.kinds import ZERO
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.stop import Stop
-from vibroimpact.orbits.find import unfolded
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, solve, unfolded
+from vibroimpact.orbits.find import mirrored as mirror_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import asymmetry, least_cycles
 
@@ -109,3 +113,27 @@ def _distance(first: Floats, second: Floats) -> float:
         if most := apart[:, part].max():
             parts.append(most / max(size[:, part].max(), np.abs(second[:, part]).max()))
     return float(max(parts))
+
+
+def half_turn(orbit: Orbit) -> int:
+    """Number of events after which an orbit repeats as its own mirror image; 0 where it does not, or was solved so."""
+    half = len(orbit.durations) // 2
+    if orbit.symmetric or 2 * half != len(orbit.durations):
+        return 0
+    image = mirror_of(orbit.states[:half], math.pi * orbit.signature.cycles)
+    apart, sizes = np.abs(image - orbit.states[half:]), np.abs(orbit.states[:, :-1]).max(axis=0)
+    within = SAME_ORBIT_RELATIVE * np.append(np.maximum(sizes, sizes.max()), 2.0 * math.pi)
+    return half if np.all(apart <= within) else 0
+
+
+def orbits_at(branch: Branch, value: float) -> Iterator[Orbit]:
+    """Orbits of a branch at a value of its parameter."""
+    family, values, z = branch.family, branch.values, branch.curve.z
+    system = with_parameter(family.system, branch.parameter, value)
+    for i in np.flatnonzero((values[:-1] - value) * (values[1:] - value) <= 0.0):
+        step = values[i + 1] - values[i]
+        share = (value - values[i]) / step if step else 0.0
+        guess = Guess(*family.unpacked(z[i] + share * (z[i + 1] - z[i])))
+        orbit = solve(system, family.signature, guess)
+        if orbit.converged:
+            yield orbit

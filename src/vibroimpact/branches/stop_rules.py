@@ -57,6 +57,13 @@ class Inadmissible:
 
 
 StopWhen = Rule | Inadmissible | Sequence[Rule | Inadmissible]
+AT_ONCE = Inadmissible(0.0, 0)  # ends a branch at the first orbit that is no motion
+
+
+def with_rule(given: StopWhen | None, rule: Inadmissible) -> StopWhen:
+    """Rules of the user, and one more."""
+    listed = isinstance(given, list | tuple)
+    return [*given, rule] if listed else [*([] if given is None else [given]), rule]  # type: ignore[misc, list-item]
 
 
 def inadmissible(*, beyond: float = 0.05, points: int = 100) -> Inadmissible:

@@ -17,6 +17,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vibroimpact.branches.family import rests_of
 from vibroimpact.orbits.admissibility import Nearest
 from vibroimpact.orbits.maps import NO_TIME_OF_PERIOD
 from vibroimpact.orbits.orbit import Orbit
@@ -33,9 +34,13 @@ def passing(orbit: Orbit) -> Iterator[int]:
 def passed_over(orbit: Orbit) -> str:
     """Reason why the sequence of an orbit has ended; "" where it goes on."""
     shortest = -NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum())
-    for k in passing(orbit):
+    rigid = len(orbit.mechanism.rigid_stops)
+    for k in {*passing(orbit), *rests_of(orbit.mechanism, orbit.signature)}:
         if orbit.durations[k] < shortest:
-            return f"flight {k}, with a state of element {orbit.signature.ends[k].contact}, takes no time"
+            contact = orbit.signature.ends[k].contact
+            held = f"in which the stop of contact {contact} is rested on"
+            what = held if contact < rigid else f"with a state of element {contact}"
+            return f"flight {k}, {what}, takes no time"
     for k in orbit.from_behind:
         return (
             f"impact {k} reaches a limit of element {orbit.signature.ends[k].contact} from behind"
@@ -43,10 +48,21 @@ def passed_over(orbit: Orbit) -> str:
     return ""
 
 
+def rest_at(orbit: Orbit) -> bool:
+    """Whether a stop is rested on, or friction sticks, for no time in an orbit."""
+    longest = NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum())
+    return any(
+        abs(orbit.durations[k]) <= longest for k in rests_of(orbit.mechanism, orbit.signature)
+    )
+
+
 def touch_at(orbit: Orbit) -> Nearest | None:
     """The touch (1) of an orbit in which a flight lasts no time; None where there is none."""
     longest = NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum())
+    rests = rests_of(orbit.mechanism, orbit.signature)
     for k in passing(orbit):
+        if k in rests:
+            continue  # as long as it lasts the rates of its guards vanish with it
         before, ends = k - 1, orbit.signature.ends
         still = before in orbit.rateless or before + len(ends) in orbit.rateless
         if abs(orbit.durations[k]) <= longest and still:

@@ -23,6 +23,7 @@ class Stopped(StrEnum):
     BORN = "the circle shrinks to a periodic orbit (Neimark-Sacker)"
     BREAKING = "the circle loses its smoothness"
     RULE = "the rule stop_when ended it"
+    NO_MOTION = "its orbits are no motions of the machine beyond this point"
     INTERRUPTED = "it was interrupted"
     NOT_FOLLOWED = "it was not followed in this direction"
 

@@ -17,6 +17,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states, states_from_code
 from vibroimpact.compile.prescribed import End, compile_prescribed
 from vibroimpact.model.friction_lines import friction_lines
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.admissibility import LIMIT_OF_AMPLITUDE
 
@@ -28,34 +29,64 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
     """
     m = mechanism_of(system)
     contacts, count = len(m.rigid_stops), len(m.switching)
-    lines = friction_lines(m.switching, [*m.sliders])
     for k, end in enumerate(ends):
         number, following = end.contact - contacts, (k + 1) % len(ends)
-        line = lines.get(number, {number: 1.0})  # all on it stick together
-        if number < 0 or not any(
-            grip.static != grip.kinetic for grip in (m.switching[i].grip for i in line)
-        ):
+        if number < 0:
             continue
         before, after = (
             states_from_code(mode, contacts, count) for mode in (end.mode, ends[following].mode)
         )
         if {before[number], after[number]} != m.switching[number].slipping:
             continue
-        held = m.switching[number].holding
-        stuck = tuple(held if held is not None and i in line else s for i, s in enumerate(after))
-        if _lasts(system, code_of_states(stuck, contacts), end.contact, states[following]):
+        mode = ends[following].mode
+        beyond = beyond_static(system, mode, end.contact, states[following], LIMIT_OF_AMPLITUDE)
+        if beyond is not None and beyond < 0.0:
             return f"friction {end.contact} would stick at the end of flight {k}, where it reverses"
     return ""
 
 
-def _lasts(system: System, code: int, number: int, state: Floats) -> bool:
-    """Whether the guards of an element hold in a mode at a state."""
+def held_code(m: Mechanism, mode: int, contact: int) -> int:
+    """Code of the mode in which a friction sticks, and with it all that are on its line."""
+    contacts, number = len(m.rigid_stops), contact - len(m.rigid_stops)
+    line = friction_lines(m.switching, [*m.sliders]).get(number, {number: 1.0})
+    held, after = m.switching[number].holding, states_from_code(mode, contacts, len(m.switching))
+    stuck = tuple(held if held is not None and i in line else s for i, s in enumerate(after))
+    return code_of_states(stuck, contacts)
+
+
+def beyond_static(
+    system: System, mode: int, contact: int, state: Floats, play: float = 0.0
+) -> float | None:
+    """Force that would hold friction at a reversal, less its static level; None where that is the kinetic one.
+
+    Negative where friction would stick.
+
+    Parameters
+    ----------
+    system
+        The system.
+    mode
+        Code of the mode after the reversal.
+    contact
+        Number of the friction among contacts and elements.
+    state
+        (x, v, theta) at the reversal.
+    play
+        What is added, relative to the terms of the force.
+    """
+    m = mechanism_of(system)
+    number = contact - len(m.rigid_stops)
+    line = friction_lines(m.switching, [*m.sliders]).get(number, {number: 1.0})  # sticks together
+    grips = [m.switching[i].grip for i in line]
+    if all(grip.static == grip.kinetic for grip in grips):
+        return None
+    code = held_code(m, mode, contact)
     compiled = compile_prescribed(system, "", (code,))
     y = compiled.embedded(state[:-1], np.array(state[-1]))
-    margins = []
+    beyond = []
     for guard in compiled.modes[code].guards:
-        if guard.contact == number:
-            size = np.abs(guard.row) @ np.abs(y) + abs(guard.gain)
+        if guard.contact == contact:
             u = guard.row @ y + guard.gain
-            margins.append(min(guard.upper - u, u - guard.lower) - LIMIT_OF_AMPLITUDE * size)
-    return bool(margins) and bool(min(margins) > 0.0)
+            size = np.abs(guard.row) @ np.abs(y) + abs(guard.gain)
+            beyond.append(float(max(u - guard.upper, guard.lower - u) + play * size))
+    return max(beyond) if beyond else None

@@ -67,7 +67,7 @@ def _diagram(diagram: Diagram, variable: str = "v1", **options: Any) -> Axes:
 
 
 def _branch(branch: Branch, variable: str = "v1", **options: Any) -> Axes:
-    return plot_branches([branch], variable=variable, **options)
+    return plot_branches([branch, *branch.others], variable=variable, **options)
 
 
 def _curve(curve: BifurcationCurve, **options: Any) -> Axes:

@@ -39,9 +39,9 @@ from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
-from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree, orbits_at
+from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree
 from vibroimpact.branches.kinds import GR, ZERO
-from vibroimpact.branches.same_orbit import loop_of, same_loop
+from vibroimpact.branches.same_orbit import loop_of, orbits_at, same_loop
 from vibroimpact.continuation import Steps
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.machines.units import units_of
@@ -642,7 +642,9 @@ class _Search:
         which = f"branch {number}, {orbit.symbol}"
         options = self.following.options(which)
         try:
-            branch = continue_orbit(orbit, self.simulation.parameter, self.bounds, **options)
+            branch = continue_orbit(
+                orbit, self.simulation.parameter, self.bounds, inadmissible=True, **options
+            )
         except InvalidParameterError as error:
             self.notes.append(f"{orbit.symbol} was not followed: {error}")
             self.failed[orbit.symbol] = TRIED_MOTIONS

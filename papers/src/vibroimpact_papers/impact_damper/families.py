@@ -133,7 +133,7 @@ def circle_fold(chosen: ParameterSet, critical: float, side: int) -> Bifurcation
     reach = critical * BORN
     low, high = critical - 80.0 * reach, critical + 80.0 * reach
     orbit = orbit_at(chosen, high, chosen.parameters.half_clearance)
-    points = [p for p in continue_orbit(orbit, "omega", (low, high), progress=False).special_points
+    points = [p for p in continue_orbit(orbit, "omega", (low, high), inadmissible=True, progress=False).special_points
               if p.kind == "NS"]  # fmt: skip
     if not points:
         return None

@@ -205,7 +205,9 @@ def _curves(chosen: ParameterSet, bounds: tuple[Bounds, Bounds]) -> list[Bifurca
     """
     own = chosen.parameters.half_clearance
     known = min(max(frequencies(chosen)), bounds[0][1])  # the orbit exists at the paper's sections
-    branch = continue_orbit(orbit_at(chosen, known, own), "omega", bounds[0], progress=False)
+    branch = continue_orbit(
+        orbit_at(chosen, known, own), "omega", bounds[0], inadmissible=True, progress=False
+    )
     found: list[BifurcationCurve] = []
     for point in branch.special_points:
         if point.kind not in FOLLOWED:

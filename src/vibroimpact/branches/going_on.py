@@ -1,0 +1,213 @@
+"""Branches that follow what exists: up to where their orbits end to be motions, and on with those that follow.
+
+Method      A branch keeps the points around its start at which its orbits are admissible, up to the first
+            special point at which a gap, a speed or a time vanishes. There begin
+                GR, ZERO of a rigid stop   the orbits with an impact more or fewer
+                all others                 those that a motion a little beyond closes to        (1)
+            (beginning.py), which are followed in the same way, and so on from their own other end. (2)
+Assumes     beyond such a point orbits with the same sequence are no motions
+Fails       ``End`` of the curve says why it goes on no further: nothing was found, or the limit of branches
+Reference   theory.md, "Branches"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.labels import numbered
+from vibroimpact.branches.beginning import BranchStart, grown, neighbouring, shrunk
+from vibroimpact.branches.branch import Branch
+from vibroimpact.branches.point import BifurcationPoint, NotFound
+from vibroimpact.branches.same_orbit import loop_of, orbits_at, same_loop
+from vibroimpact.continuation import Curve, End, Stopped
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE
+
+MOST_BRANCHES = 24  # so many branches, each of another sequence, are followed at most
+SAME_ARCLENGTH = 1e-6  # a touch so near to the start of a branch, in scaled arclength, is the start
+SAME_PLACE_OF_RANGE = (
+    1e-6  # parameters of one point, located from both sides, relative to the range
+)
+
+
+class Border(NamedTuple):
+    """End of a branch at which its orbits end to be motions, before (0) or after (1) its start."""
+
+    side: int
+    point: BifurcationPoint | None  # None where no special point is there
+    why: str  # why the orbits beyond are no motions
+
+
+def trimmed(branch: Branch) -> tuple[Branch, list[Border]]:
+    """Part of a branch around its start whose orbits are motions, and its ends that are no ends of the curve.
+
+    A branch without any is left as it is.
+    """
+    curve, admissible, count = branch.curve, branch.admissible, len(branch)
+    start = next((k for k in _around(curve.start, count) if admissible[k]), None)
+    if start is None:
+        return branch, []
+    limits, borders, first = [-np.inf, np.inf], [], float(curve.arclength[start])
+    for side, sense in ((0, -1), (1, 1)):
+        k = start
+        while 0 <= k < count and admissible[k]:
+            k += sense
+        beyond = float(curve.arclength[k]) if 0 <= k < count else sense * np.inf
+        point = _first_touch(branch, first, beyond, at_once=abs(k - start) == 1)
+        if point:
+            borders.append(Border(side, point, ""))
+            limits[side] = point.arclength
+            if (
+                abs(point.arclength) <= SAME_ARCLENGTH
+            ):  # the start, on whichever side rounding puts it
+                limits[side] = sense * max(sense * point.arclength, 0.0)
+        elif np.isfinite(beyond):
+            borders.append(Border(side, None, branch.orbit(k).inadmissible_reason))
+            limits[side] = float(curve.arclength[k - sense])
+    low, high = limits
+    bordering = {id(border.point) for border in borders}
+    kept = [
+        point
+        for point in branch.special_points
+        if low <= point.arclength <= high or id(point) in bordering
+    ]
+    labels = numbered(point.kind for point in kept)
+    points = tuple(replace(p, label=label) for p, label in zip(kept, labels, strict=True))
+    ends = [*curve.ends]
+    for i, border in enumerate(borders):
+        named = border.point and points[kept.index(border.point)]
+        borders[i] = border._replace(point=named)
+        ends[border.side] = End(Stopped.NO_MOTION, named.label if named else border.why)
+    inside = np.flatnonzero((curve.arclength >= low) & (curve.arclength <= high) & admissible)
+    here = slice(int(inside[0]), int(inside[-1]) + 1)
+    arrays = ("values", "multipliers", "stability", "clearance", "impact_speed")
+    part = replace(
+        branch,
+        **{name: getattr(branch, name)[here] for name in arrays},
+        special_points=points,
+        curve=_part(curve, here, (low, high), (ends[0], ends[1])),
+    )
+    return part, borders
+
+
+def _around(start: int, count: int) -> list[int]:
+    """The start of a branch, which may be a touch known to rounding, and the points beside it."""
+    return [k for k in (start, start + 1, start - 1) if 0 <= k < count]
+
+
+def _first_touch(
+    branch: Branch, start: float, beyond: float, *, at_once: bool
+) -> BifurcationPoint | None:
+    """The first point from the start at which a gap, a speed or a time vanishes: none are motions on both sides.
+
+    The start itself is one where orbits are no motions at once on this side.
+    """
+    low, high = sorted((start, beyond))
+    if at_once:
+        low, high = low - SAME_ARCLENGTH, high + SAME_ARCLENGTH
+    found = [
+        point
+        for point in branch.special_points
+        if low <= point.arclength <= high
+        and point.record.touch
+        and (at_once or abs(point.arclength) > SAME_ARCLENGTH)
+    ]
+    return min(found, key=lambda point: abs(point.arclength - start), default=None)
+
+
+def _part(
+    curve: Curve, here: slice, arclengths: tuple[float, float], ends: tuple[End, End]
+) -> Curve:
+    """Part of a curve: the points of a slice, and what lies between two arclengths."""
+    low, high = arclengths
+    arrays = ("parameter", "z", "tangent", "arclength", "residual", "steps", "panel")
+    first, last = here.start, here.stop - 1
+    left = [
+        replace(piece, first=max(piece.first - first, 0), last=min(piece.last, last) - first)
+        for piece in curve.unresolved
+        if piece.first <= last and piece.last >= first
+    ]
+    return replace(
+        curve,
+        **{name: getattr(curve, name)[here] for name in arrays},
+        tests={name: values[here] for name, values in curve.tests.items()},
+        special=tuple(zero for zero in curve.special if low <= zero.arclength <= high),
+        ends=ends,
+        start=min(max(curve.start - here.start, 0), here.stop - here.start - 1),
+        unresolved=tuple(left),
+    )
+
+
+Follow = Callable[[BranchStart], Branch]
+
+
+def going_on(branch: Branch, borders: list[Border], follow: Follow) -> Branch:
+    """The branch with those of other sequences with which it goes on (1), (2)."""
+    every, open_ends = [branch], [(0, border) for border in borders]
+    while open_ends:
+        number, border = open_ends.pop(0)
+        found = _beyond(border, branch.bounds, follow, every)
+        if isinstance(found, str):
+            every[number] = _with_end(every[number], border.side, found)
+            continue
+        following, others = found
+        every[number] = _with_end(every[number], border.side, f"it goes on as {following.symbol}")
+        open_ends += [(len(every), other) for other in others]
+        every.append(following)
+    return replace(every[0], others=tuple(every[1:]))
+
+
+def _beyond(
+    border: Border, bounds: tuple[float, float], follow: Follow, known: list[Branch]
+) -> tuple[Branch, list[Border]] | str:
+    """The branch that follows at an end, and its own other ends; else why there is none."""
+    if border.point is None:
+        return "no special point is there"
+    if len(known) >= MOST_BRANCHES:
+        return f"{MOST_BRANCHES} branches are the most that are followed"
+    start = _begins_at(border.point)(border.point, bounds)
+    if isinstance(start, NotFound):
+        return start.reason
+    try:
+        found, borders = trimmed(follow(start))
+    except InvalidParameterError as error:  # the start does not converge
+        return str(error)
+    if not found.admissible.any():
+        return f"orbits with the sequence of {found.symbol} begin there, which are no motions"
+    if any(_is_same(found, other) for other in known):
+        return f"it meets the branch of {found.symbol}"
+    near = SAME_PLACE_OF_RANGE * (bounds[1] - bounds[0])
+    here = border.point.parameter
+    return found, [b for b in borders if not b.point or abs(b.point.parameter - here) > near]
+
+
+def _begins_at(point: BifurcationPoint) -> Callable[..., BranchStart | NotFound]:
+    """What gives the start of the orbits beyond a point (1)."""
+    begins = point.record.begins
+    return begins if begins in (grown, shrunk) and not point.of_element else neighbouring
+
+
+def _is_same(one: Branch, other: Branch) -> bool:
+    """Whether a branch is followed already: an orbit of it, at the other's value of the parameter, is the other's."""
+    middle = one.orbit(len(one) // 2)
+    loop, p = loop_of(middle), float(one.values[len(one) // 2])
+    if len(one.family.signature.impacts) != len(other.family.signature.impacts):
+        return False
+    low, high = other.extent
+    if not low <= p <= high:
+        return False
+    return any(
+        same_loop(loop, loop_of(orbit), middle.mechanism, SAME_ORBIT_RELATIVE)
+        for orbit in orbits_at(other, p)
+    )
+
+
+def _with_end(branch: Branch, side: int, what: str) -> Branch:
+    """Branch of which one end says what follows."""
+    ends = [*branch.curve.ends]
+    ends[side] = replace(ends[side], detail=f"{ends[side].detail}; {what}")
+    return replace(branch, curve=replace(branch.curve, ends=(ends[0], ends[1])))
