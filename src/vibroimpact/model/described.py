@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Self, cast
 
+from vibroimpact.results.result import Shown
+
 if TYPE_CHECKING:
     from vibroimpact.model.state import State
 
 
-class Described:
+class Described(Shown):
     """Base of systems that are described by numbers."""
 
     __slots__ = ()

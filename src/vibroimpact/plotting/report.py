@@ -444,9 +444,9 @@ def repeat_section(response: Response, command: str) -> list[Block]:
 # ---- pictures ------------------------------------------------------------------------------------
 
 
-def picture_of(ax: Axes) -> bytes:
+def picture_of(ax: Axes, suffix: str = ".svg") -> bytes:
     """The figure of some axes, which is closed then."""
     try:
-        return style.content_of_picture(ax, ".svg")
+        return style.content_of_picture(ax, suffix)
     finally:
         plt.close(cast(Figure, ax.get_figure(root=True)))

@@ -69,7 +69,16 @@ def plotting(module: str) -> Any:
     return import_module(f"vibroimpact.plotting.{module}")
 
 
-class Result:
+class Shown:
+    """Base of what a notebook shows with a picture."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        return cast(str, plotting("notebook").html_of(self))
+
+
+class Result(Shown):
     """Base of results, which are dataclasses.
 
     A field with the metadata of :func:`along` or :func:`rows` is a variable of the dataset, complex ones by real and

@@ -1,0 +1,80 @@
+"""What a notebook shows of a machine or a result: its sentence, a small table, a small picture.
+
+Nothing is computed: the table has the first rows of what the result holds, the picture is ``plot()``.
+"""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import fields
+from html import escape
+from typing import TYPE_CHECKING, Any, cast
+
+from vibroimpact._core.errors import VibroImpactError
+from vibroimpact._core.lazy import pd
+from vibroimpact._core.quantities import UNITS
+from vibroimpact.machines.machine import SI, Machine, parameters_of
+from vibroimpact.machines.units import Quantity
+from vibroimpact.plotting.mechanism import plot_mechanism
+from vibroimpact.plotting.report import picture_of
+from vibroimpact.results.result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ROWS, COLUMNS = 8, 8  # of a table, at most
+WIDTH = 440  # pixels of a picture
+
+
+def html_of(shown: Any) -> str:
+    """A machine or a result as a cell of a notebook shows it, as HTML."""
+    title = _title(shown)
+    parts = [
+        f'<div style="white-space: pre-line">{title}</div>',
+        _table(shown),
+        _picture(shown, title),
+    ]
+    return "\n".join(part for part in parts if part)
+
+
+def _title(shown: Any) -> str:
+    """The class of a machine, whose numbers are in its table; what another thing prints."""
+    return escape(type(shown).__name__ if isinstance(shown, Machine) else str(shown))
+
+
+def _table(shown: Any) -> str:
+    """Special points of a branch, rows of another result, parameters of a machine."""
+    if isinstance(shown, Machine):
+        table = _parameters(shown)
+    elif isinstance(shown, Result):
+        data = shown.to_dataset()
+        dim = "special" if data.sizes.get("special", 0) else ""
+        if not data.sizes:
+            return ""
+        table = shown.to_dataframe(dim)
+    else:
+        return ""
+    shape = {"max_rows": ROWS, "max_cols": COLUMNS}
+    return cast(str, table.to_html(**shape, index=False, float_format="%.6g"))
+
+
+def _parameters(machine: Machine) -> pd.DataFrame:
+    """Name, value and unit of each parameter; units where the machine is in SI."""
+    of_fields = {one.name: one for one in fields(cast(Any, machine))}
+    names = parameters_of(type(machine))
+    quantities = [of_fields[n].metadata.get("quantity", Quantity()).quantity for n in names]
+    columns: dict[str, list[Any]] = {"parameter": [*names]}
+    columns["value"] = [getattr(machine, name) for name in names]
+    if getattr(machine, SI, False):
+        columns["unit"] = [UNITS.get(quantity, "") for quantity in quantities]
+    return pd.DataFrame(columns)
+
+
+def _picture(shown: Any, title: str) -> str:
+    """The drawing of a machine, the plot of a result; nothing where there is nothing to draw."""
+    try:
+        ax: Axes = shown.plot() if isinstance(shown, Result) else plot_mechanism(shown)
+    except VibroImpactError:
+        return ""
+    content = base64.b64encode(picture_of(ax, ".png")).decode("ascii")
+    return f'<img alt="{title}" width="{WIDTH}" src="data:image/png;base64,{content}">'
