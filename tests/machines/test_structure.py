@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import mmwrite
 from scipy.linalg import eigh
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, save_npz
 
 import vibroimpact as vi
 
@@ -116,10 +116,12 @@ def test_matrices_come_from_files_dense_and_sparse() -> None:
     direct = vi.Structure.of_matrices(M, K, {"tip": 18}, modes=2)
     mmwrite("mass.mtx", csr_matrix(M))
     np.save("stiffness.npy", K)
+    save_npz("sparse.npz", csr_matrix(K))
     places = {"tip": 18}
     for again in (
         vi.Structure.of_matrices(csr_matrix(M), csr_matrix(K), places, modes=2),
         vi.Structure.of_files("mass.mtx", Path("stiffness.npy"), places, modes=2),
+        vi.Structure.of_files("mass.mtx", "sparse.npz", places, modes=2),
     ):
         np.testing.assert_allclose(again.stiffness, direct.stiffness, rtol=1e-7, atol=1e-7)
         np.testing.assert_allclose(again.mass, direct.mass, rtol=1e-7, atol=1e-9)
@@ -128,7 +130,7 @@ def test_matrices_come_from_files_dense_and_sparse() -> None:
     ):
         vi.Structure.of_files("none.mtx", "stiffness.npy", places)
     with pytest.raises(
-        vi.InvalidParameterError, match=r"mass = 'none\.txt': must be a file \.mtx or"
+        vi.InvalidParameterError, match=r"mass = 'none\.txt': must be a file \.mtx, \.npy or \.npz"
     ):
         vi.Structure.of_files("none.txt", "stiffness.npy", places)
 

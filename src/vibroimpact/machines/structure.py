@@ -49,7 +49,8 @@ from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 from vibroimpact.model.mechanism import Mechanism
 
 MOST_COORDINATES = 20  # of a mechanism
-MATRICES = (".mtx", ".npy")  # Matrix Market, and NumPy's format
+# Matrix Market; NumPy's format; sparse matrices of scipy.sparse.save_npz.
+MATRICES = (".mtx", ".npy", ".npz")
 
 
 @names_arguments(contacts="Give elements to mechanism(...), with row=structure.row(place).")
@@ -226,7 +227,7 @@ class Structure:
         modes: int = 4,
         zeta: float = 0.0,
     ) -> Structure:
-        """Make a structure of files of matrices, in Matrix Market (.mtx) or NumPy's format (.npy).
+        """Make a structure of files of matrices: Matrix Market (.mtx), NumPy (.npy), sparse ones of SciPy (.npz).
 
         Parameters
         ----------
@@ -303,14 +304,16 @@ def _read(name: str, given: Any) -> Any:
     """Matrix of a file."""
     path = path_of(name, given)
     if path.suffix not in MATRICES:
-        raise refusal(name, str(given), f"a file {' or '.join(MATRICES)}")
+        raise refusal(name, str(given), f"a file {', '.join(MATRICES[:-1])} or {MATRICES[-1]}")
     from scipy.io import mmread
+    from scipy.sparse import load_npz
 
+    readers = dict(zip(MATRICES, (mmread, np.load, load_npz), strict=True))
     try:
-        return mmread(path) if path.suffix == MATRICES[0] else np.load(path)
+        return readers[path.suffix](path)
     except (OSError, ValueError) as error:
         raise InvalidParameterError(
-            f"{name} = {path}: must be a matrix in Matrix Market or NumPy's format ({error})."
+            f"{name} = {path}: must be a matrix in Matrix Market, NumPy's or scipy.sparse's format ({error})."
         ) from error
 
 
