@@ -1,7 +1,7 @@
 """Build the documentation site: assemble its pages, then run Sphinx on them.
 
-    python tools/site.py            # into site/, examples run and drawn: some two minutes
-    python tools/site.py --quick    # examples are shown with the pictures in docs/pictures
+    python tools/site.py            # into site/, examples and machines run and drawn: some three minutes
+    python tools/site.py --quick    # examples with the small pictures of docs/pictures, machines drawn at rest
 
 The pages of docs/ are Markdown that can be read without the site. Here they are copied beside the front page and the
 tables of contents of docs/site/, with what only a site has:
@@ -30,8 +30,15 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import matplotlib.pyplot as plt
+
 import vibroimpact as vi
 from vibroimpact import plotting
+from vibroimpact._core.docstrings import head_of
+from vibroimpact.machines.machine import example_of
+from vibroimpact.machines.registry import MACHINES, machine_of
+from vibroimpact.plotting import plot_mechanism, save
+from vibroimpact.plotting.gallery import commands_of, equations_of, plot_known_for
 
 ROOT = Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
@@ -71,7 +78,7 @@ def main() -> int:
     """Assemble the pages and build the site."""
     parser = argparse.ArgumentParser(description="Build the documentation site.")
     parser.add_argument("--out", type=Path, default=ROOT / "site", help="folder of the site")
-    parser.add_argument("--quick", action="store_true", help="do not run the examples")
+    parser.add_argument("--quick", action="store_true", help="run no example and no machine")
     arguments = parser.parse_args()
     assemble(PAGES, quick=arguments.quick)
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html"]
@@ -90,6 +97,7 @@ def assemble(folder: Path, *, quick: bool) -> None:
     for name, source in pages().items():
         write(folder / f"{name}.md", page(source))
     write_examples(folder, quick=quick)
+    write_machines(folder, quick=quick)
     write_reference(folder)
 
 
@@ -202,6 +210,49 @@ def drawn(name: str, into: Path) -> str:
     environment = os.environ | {"MPLBACKEND": "Agg"}
     subprocess.run(command, check=True, capture_output=True, timeout=LONGEST, env=environment)
     return picture.name
+
+
+# ---- machines ----------------------------------------------------------------------------------
+
+
+def write_machines(folder: Path, *, quick: bool) -> None:
+    """A page for each machine of the catalogue, and their gallery."""
+    into = folder / "catalogue"
+    into.mkdir()
+    for name in MACHINES:
+        machine = machine_of(name)
+        known = machine.known_for
+        listed = "   :no-index:\n" * (
+            machine.__name__ in vi.__all__
+        )  # it has a page in the reference
+        save(plot_mechanism(example_of(machine)), into / f"{name}.svg")
+        picture = into / f"{name}-known-for.png"
+        save((plot_mechanism(example_of(machine)) if quick else plot_known_for(machine)), picture)
+        plt.close("all")
+        write(
+            into / f"{name}.md",
+            f"# {name}",
+            f"{head_of(machine)}.",
+            f"![Drawing of {name}, not to scale]({name}.svg)",
+            f"```text\n{equations_of(machine)}\n```",
+            f"![{known.caption}]({name}-known-for.png)",
+            f"*{known.caption}*",
+            f"Source: {machine.source}",
+            f"```sh\n{commands_of(machine)}\n```",
+            f"```{{eval-rst}}\n.. autoclass:: vibroimpact.machines.{machine.__name__}\n{listed}```",
+        )
+    cards = (
+        f":::{{grid-item-card}} {name}\n:img-top: {name}-known-for.png\n:link: {name}\n"
+        f":link-type: doc\n\n{head_of(machine_of(name))}\n:::\n"
+        for name in MACHINES
+    )
+    write(
+        into / "index.md",
+        "# Gallery of machines",
+        "Each with its defaults, and what it is known for. {doc}`../machines` says how they are named.",
+        "::::{grid} 1 2 3 3\n:gutter: 3\n\n" + "\n".join(cards) + "::::",
+        contents(MACHINES),
+    )
 
 
 # ---- reference ---------------------------------------------------------------------------------
