@@ -16,7 +16,13 @@ import pytest
 from vibroimpact._core import files
 from vibroimpact._core.checks import path_of
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.files import check_target, draft_folder, read_bytes, write_files
+from vibroimpact._core.files import (
+    check_target,
+    draft_folder,
+    only_writer,
+    read_bytes,
+    write_files,
+)
 
 LIMITED = """
 import resource, sys
@@ -112,6 +118,46 @@ def test_what_another_process_writes_now_is_left_alone(tmp_path: Path) -> None:
         write_files({target: b"new"})
         assert names(tmp_path) == sorted([draft.name, "out"])
     assert names(tmp_path) == ["out"]
+
+
+HOLDER = """
+import sys
+from pathlib import Path
+from vibroimpact._core.files import only_writer
+with only_writer("store", Path(sys.argv[1])):
+    print(flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("is_folder", [False, True])
+def test_a_store_has_one_writer_and_its_lock_falls_with_the_process(
+    is_folder: bool, tmp_path: Path
+) -> None:
+    store = tmp_path / "store"
+    if is_folder:
+        store.mkdir()
+    words = [sys.executable, "-c", HOLDER, str(store)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdout is not None
+        holder.stdout.readline()
+        with (
+            pytest.raises(InvalidParameterError, match="another process is writing to"),
+            only_writer("store", store),
+        ):
+            pass
+        holder.send_signal(signal.SIGKILL)
+    with only_writer("store", store):
+        if not is_folder:
+            write_files({store: b"new"})  # what it has locked is not taken for left over
+        with (
+            pytest.raises(InvalidParameterError, match="another process"),
+            only_writer("store", store),
+        ):
+            pass
+    with only_writer("store", store):
+        pass
+    assert names(tmp_path) == ["store"]
 
 
 # ---- the target ------------------------------------------------------------------------------------

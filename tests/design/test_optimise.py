@@ -13,6 +13,7 @@ import pytest
 
 import vibroimpact as vi
 from vibroimpact import plotting
+from vibroimpact._core.files import only_writer
 from vibroimpact.design import optimise
 from vibroimpact.design.objective import judge_of
 from vibroimpact.model.parameters import with_parameters
@@ -322,6 +323,16 @@ def test_an_interruption_keeps_the_best_so_far_and_resuming_ends_as_if_there_was
     assert whole.history == best.history
     with pytest.raises(vi.InvalidParameterError, match="another search"):
         vi.optimise(DAMPER, {"half_clearance": (5.0, 12.0)}, OVER, store=store, progress=False)
+
+
+def test_a_store_to_which_another_search_writes_is_refused(tmp_path: Path) -> None:
+    store = tmp_path / "search.nc"
+    with (
+        only_writer("store", store),
+        pytest.raises(vi.InvalidParameterError, match="another process is writing to it"),
+    ):
+        vi.optimise(DAMPER, CLEARANCE, OVER, budget=64, refine=1, progress=False, store=store)
+    assert not store.exists()
 
 
 @pytest.mark.parametrize("refine", [0, 1])

@@ -184,3 +184,66 @@ def test_objects_that_no_result_has_are_refused(change: Callable[[str], str], ru
     made = data.drop_vars(TEXT).assign({TEXT: ("other", np.frombuffer(text, dtype=np.uint8))})
     with pytest.raises(vi.InvalidParameterError, match="data: "):
         result_of(made)
+
+
+# ---- datasets of sweeps ------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def swept() -> xr.Dataset:
+    return vi.plane(
+        OSCILLATOR, over={"omega": [0.8, 0.9], "force": [1.0, 1.1]}, start=vi.State((0.0,), (0.0,)),
+        observe=["lyapunov", "speeds"], settle_periods=3, periods=5, progress=False,
+    )  # fmt: skip
+
+
+def _first(name: str, value: float) -> Callable[[xr.Dataset], xr.Dataset]:
+    """A dataset in which the first number of a variable is another."""
+
+    def changing(data: xr.Dataset) -> xr.Dataset:
+        values = data[name].values.copy()
+        values.flat[0] = value
+        return data.assign({name: (data[name].dims, values, data[name].attrs)})
+
+    return changing
+
+
+MEMBERS: dict[str, tuple[Callable[[xr.Dataset], xr.Dataset], str]] = {
+    "a reason": (_first("end", 77), "end holds a code that means nothing"),
+    "a motion": (_first("motion", -99), "motion holds a code that means nothing"),
+    "a count": (_first("n", -3), "n holds what no sweep returns: .* from 0 to"),
+    "a speed": (_first("speed_mean", -1.0), "speed_mean holds what no sweep returns"),
+    "an exponent": (_first("lyapunov", np.inf), "lyapunov holds what no sweep returns"),
+    "a type": (lambda data: data.assign(n=data.n.astype(float)), "n holds what .* of type int16"),
+    "periods": (lambda data: data.assign_attrs(periods=-1.0), "periods = -1.0: must be > 0"),
+    "an observer": (
+        lambda data: data.assign_attrs(observe=data.attrs["observe"].replace("speeds", "sp")), "are damaged",
+    ),
+    "a machine": (lambda data: data.assign_attrs(mechanism="{}"), "system: is described otherwise"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "said"), MEMBERS.values(), ids=MEMBERS)
+def test_numbers_that_no_sweep_returns_are_refused(
+    change: Callable[[xr.Dataset], xr.Dataset], said: str, swept: xr.Dataset, tmp_path: Path
+) -> None:
+    vi.save(change(swept), tmp_path / "plane.nc")
+    with pytest.raises(vi.InvalidParameterError, match=said):
+        vi.load(tmp_path / "plane.nc")
+    vi.load(tmp_path / "plane.nc", damaged=True)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        _first("lyapunov", -np.inf), _first("speed_mean", np.nan),
+        lambda data: data.isel(omega=0), lambda data: data[["n", "end"]],
+        lambda data: data.assign(n=("own", [-1.5], {"long_name": "mine"})),
+    ],
+    ids=["forgotten", "none", "a row", "two variables", "an own variable"],
+)  # fmt: skip
+def test_what_a_sweep_or_its_user_may_have_made_is_read(
+    change: Callable[[xr.Dataset], xr.Dataset], swept: xr.Dataset, tmp_path: Path
+) -> None:
+    vi.save(change(swept), tmp_path / "plane.nc")
+    xr.testing.assert_equal(vi.load(tmp_path / "plane.nc"), change(swept))

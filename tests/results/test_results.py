@@ -5,11 +5,13 @@ from __future__ import annotations
 import copy
 import importlib
 import inspect
+import json
 import math
 import pickle
 import pkgutil
 import re
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from enum import Enum
 from functools import cache
@@ -24,6 +26,9 @@ from support.bifurcations import oscillator_branch, torus_of_set_a
 from support.systems import paper_damper
 
 import vibroimpact as vi
+from vibroimpact.results import fields
+from vibroimpact.results.files import STORED, TEXT, dataset_of, result_of
+from vibroimpact.results.tree import ROOMS
 
 pytestmark = pytest.mark.usefixtures("no_windows")
 
@@ -281,3 +286,193 @@ def test_no_public_class_compares_arrays_or_hashes_dictionaries() -> None:
                 "dict",
             }
             assert "ClassVar" in words or not words & arrays, (kind, name)
+
+
+# ---- what a field does not admit is refused ------------------------------------------------------------
+
+Place = tuple[
+    Any, Any, str, str
+]  # where a value stands in the tree of a file: holder, key, class, field
+
+
+def places(node: Any, kind: str, field: str) -> Iterator[Place]:
+    """Values in the arguments of an object, of lists the first ones."""
+    for key, value in node.items() if isinstance(node, dict) else enumerate(node[:2]):
+        if isinstance(value, dict) and "object" in value:
+            continue
+        if isinstance(value, list) or (
+            isinstance(value, dict) and not {"writeable", "enum"} & {*value}
+        ):
+            yield from places(value, kind, field)
+        else:
+            yield node, key, kind, field
+
+
+def places_of(objects: list[Any]) -> list[Place]:
+    """One value of every field of every class."""
+    found: dict[tuple[str, str], Place] = {}
+    for one in objects:
+        for field in one.get("arguments", {}) if "class" in one else ():
+            kind = one["class"].partition(":")[2]
+            for place in places({"only": one["arguments"][field]}, kind, field):
+                holder = one["arguments"] if "only" in place[0] else place[0]
+                key = field if "only" in place[0] else place[1]
+                found.setdefault((kind, field), (holder, key, kind, field))
+    return [*found.values()]
+
+
+def with_nan(data: xr.Dataset, old: dict[str, Any]) -> tuple[xr.Dataset, dict[str, Any]] | None:
+    """A dataset with an array more, that is an old one with a NaN; None of an array of other numbers."""
+    if "variable" in old:
+        array = np.array(data[old["variable"]].values)
+    else:
+        size = math.prod(old["shape"])
+        pool = data[STORED + old["array"]].values.view(old["array"])
+        array = np.array(pool[old["at"] : old["at"] + size]).reshape(old["shape"])
+    if array.dtype.kind not in "fc" or not array.size:
+        return None
+    array.flat[array.size // 2] = math.nan
+    name, kind = STORED + array.dtype.name, array.dtype
+    stored = data[name].values if name in data else np.empty(0)
+    both = np.concatenate([stored.view(kind), array.ravel()])
+    other = {name: (f"{name}_other", both.view(stored.dtype))}
+    new = old | {"array": kind.name, "at": len(both) - array.size, "shape": array.shape}
+    new.pop("variable", None)
+    return data.drop_vars(name, errors="ignore").assign(other), new
+
+
+def refusal_of(data: xr.Dataset, tree: Any, system: Any) -> str:
+    """What is said of a dataset with another tree; empty if it is read."""
+    text = np.frombuffer(json.dumps(tree).encode(), dtype=np.uint8)
+    try:
+        result_of(data.drop_vars(TEXT).assign({TEXT: ("other_text", text)}), system)
+    except vi.InvalidParameterError as error:
+        return str(error)
+    return ""
+
+
+def check_changes(name: str, every: int) -> None:
+    """Numbers that are none, and NaN, in one of so many fields of a result."""
+    whole = dataset_of(example(name))
+    tree = json.loads(whole[TEXT].values.tobytes())
+    for holder, key, kind, field in places_of(tree["objects"])[::every]:
+        old, data = holder[key], whole
+        holder[key] = 3.0 if isinstance(old, str) or old is None else "a text"
+        said = refusal_of(data, tree, CODE.get(name))
+        assert said or old is None, (name, kind, field, old)
+        declared = declared_types(kind, field)
+        if isinstance(old, float):
+            holder[key] = math.nan
+        elif isinstance(old, dict) and "writeable" in old and (more := with_nan(whole, old)):
+            data, holder[key] = more
+        else:
+            holder[key] = old
+            continue
+        said = refusal_of(data, tree, CODE.get(name))
+        assert said or "Any" in declared, (name, kind, field, declared)
+        holder[key] = old
+
+
+def declared_types(kind: str, field: str) -> str:
+    """Type of a field as its class declares it."""
+    found = next(
+        one for module in list(sys.modules.values()) if "vibroimpact" in getattr(module, "__name__", "")
+        for one in [getattr(module, kind, None)] if isinstance(one, type) and one.__module__ == module.__name__
+    )  # fmt: skip
+    types = fields._declared(found) | getattr(inspect.unwrap(found.__init__), "__annotations__", {})
+    return str(types.get(field, "Any"))
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_field_that_holds_another_type_or_nan_is_refused(name: str) -> None:
+    check_changes(name, every=9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_every_field_that_holds_another_type_or_nan_is_refused(name: str) -> None:
+    check_changes(name, every=1)
+
+
+def changed(name: str, kind: str, field: str, change: Callable[[Any], Any]) -> str:
+    """What is said of a file in which one field of the first object of a class is another."""
+    whole = dataset_of(example(name))
+    tree = json.loads(whole[TEXT].values.tobytes())
+    one = next(one for one in tree["objects"] if one.get("class", "").endswith(f":{kind}"))
+    one["arguments"][field] = change(one["arguments"][field])
+    return refusal_of(whole, tree, CODE.get(name))
+
+
+def array(at: int, *shape: int) -> Callable[[Any], Any]:
+    """Another array of numbers of the file."""
+    return lambda _: {"array": "float64", "at": at, "shape": shape, "writeable": False}
+
+
+IMPOSSIBLE: dict[str, tuple[str, str, str, Callable[[Any], Any], str]] = {
+    "a symbol": ("Attractor", "Attractor", "symbol", lambda _: "1-x-1", "Attractor.symbol = '1-x-1': must be a sy"),
+    "a count": ("Attractor", "Attractor", "impacts", lambda _: -1, r"impacts = -1: must be a whole number >= 0"),
+    "a half impact": ("Attractor", "Attractor", "impacts", lambda _: 1.5, r"impacts = 1.5: must be a whole number"),
+    "a period": ("Attractor", "InvariantSet", "period", lambda _: -2, r"InvariantSet.period = -2: must be a whole"),
+    "a word": ("Orbit", "Orbit", "status", lambda _: None, r"Orbit.status = None: must be a text"),
+    "cycles": ("Orbit", "Signature", "cycles", lambda _: -1, r"Signature.cycles = -1|cycles"),
+    "a reason": (
+        "Run", "Run", "end", lambda _: {"enum": "vibroimpact.simulation.simulate:Status", "name": "IMPACT"},
+        r"Run.end = .*: must be RunEnd",
+    ),
+    "a side": ("Orbit", "Stop", "side", lambda _: 2, r"Stop.side = 2: must be -1, 0 or 1"),
+    "times that fall": (
+        "Run", "Run", "time", lambda _: {"variable": "rate_after", "writeable": False},
+        r"Run.time\[\d+\] = .*: must be finite numbers that never fall",
+    ),
+    "a phase": (
+        "Run", "Run", "phase", lambda _: {"variable": "time", "writeable": False},
+        r"Run.phase\[\d+\] = .*: must be numbers from 0 to 2 pi",
+    ),
+    "a length": (
+        "Run", "Run", "_low", array(0, 2),
+        r"Run._low has length 2 along event, time has",
+    ),
+    "dims": (
+        "Run", "Run", "_low", array(0, 1, 2),
+        r"Run._low has shape \(1, 2\): must have 1 dims",
+    ),
+    "bounds": ("Branch", "Branch", "bounds", lambda _: {"tuple": [2.0, 1.0]}, r"Branch.bounds = \(2.0, 1.0\): must be"),
+    "a ratio": ("TunedDamper", "TunedDamper", "mass_ratio", lambda _: 0.0, r"mass_ratio = 0.0: must be > 0"),
+    "a rotation": ("Circle", "Circle", "rotation_number", lambda _: 1.5, r"rotation_number = 1.5: must be a number"),
+    "another object": ("Run", "Run", "start", lambda _: {"object": 0}, r"Run.start = .*: must be State|damaged"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "field", "change", "said"), IMPOSSIBLE.values(), ids=IMPOSSIBLE
+)
+def test_what_is_impossible_is_refused_by_its_name(
+    name: str, kind: str, field: str, change: Callable[[Any], Any], said: str
+) -> None:
+    assert re.search(said, changed(name, kind, field, change))
+
+
+def test_flight_times_that_are_negative_together_are_no_orbit() -> None:
+    found = example("Orbit")
+    backwards = replace(found, durations=-found.durations)
+    with pytest.raises(
+        vi.InvalidParameterError, match=r"durations\[0\] = -.*: must be .* a sum > 0"
+    ):
+        result_of(dataset_of(backwards))
+
+
+def test_a_file_that_is_taken_as_it_is_may_hold_numbers_that_no_motion_has(tmp_path: Path) -> None:
+    found = example("Orbit")
+    vi.save(replace(found, durations=-found.durations), tmp_path / "orbit.nc")
+    loaded = vi.load(tmp_path / "orbit.nc", damaged=True)
+    np.testing.assert_array_equal(loaded.durations, -found.durations)
+
+
+def test_no_class_of_files_has_the_name_of_a_word() -> None:
+    rooms = tuple(f"{vi.__name__}.{room}." for room in ROOMS)
+    for module in [one for one in sys.modules if f"{one}.".startswith(rooms)]:
+        kinds = {
+            name for name, one in vars(sys.modules[module]).items()
+            if isinstance(one, type) and one.__name__ == name and one.__module__ != "builtins"
+        }  # fmt: skip
+        assert not kinds & {*fields.WORDS}, module

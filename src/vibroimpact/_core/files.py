@@ -234,6 +234,47 @@ def draft_folder(target: Path) -> Iterator[Path]:
         shutil.rmtree(draft, ignore_errors=True)
 
 
+@contextmanager
+def only_writer(name: str, path: Path) -> Iterator[None]:
+    """Be the only process that writes to a store, a file or a folder, until the end, however that comes.
+
+    What is locked is the folder itself, or a file beside a file, which may be replaced meanwhile. The lock falls with
+    the process; a file that it leaves is removed by the next writer (2).
+
+    Raises
+    ------
+    InvalidParameterError
+        Another process, or another call, is writing to it.
+    """
+    lock = path if path.is_dir() else _lock_beside(Path(os.path.realpath(path)))
+    flags = os.O_RDONLY if path.is_dir() else os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW
+    with _reasons(name, path, 0):
+        handle = os.open(lock, flags | os.O_CLOEXEC, 0o600)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            is_lost = not os.fstat(handle).st_nlink  # the one before has just ended, and removed it
+        except BlockingIOError:
+            is_lost = True
+        except OSError:  # a file system without locks
+            is_lost = False
+        if is_lost:
+            raise InvalidParameterError(
+                f"{name} = {str(path)!r}: another process is writing to it. Wait for it, or end it."
+            )
+        try:
+            yield
+        finally:
+            if lock != path:
+                lock.unlink(missing_ok=True)
+    finally:
+        os.close(handle)
+
+
+def _lock_beside(target: Path) -> Path:
+    return target.with_name(f"{_prefix(target)}lock")
+
+
 # ---- reading ---------------------------------------------------------------------------------------
 
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from vibroimpact._core.checks import check_count, names_arguments
 from vibroimpact._core.progress import interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Amount, Count, Floats, Symbol
 from vibroimpact.attractors.orbit_type import (
     OrbitType,
     is_symmetric,
@@ -106,18 +106,18 @@ class Attractor(Result):
 
     shape: InvariantSet
     type: OrbitType | None
-    symbol: str
+    symbol: Symbol
     multipliers: NDArray[np.complex128] | None = field(metadata=along("multiplier"))
     symmetric: bool | None
     exponent: LyapunovEstimate
-    periods_per_point: float
-    impacts: int
-    chatters: int
-    sticks: int
+    periods_per_point: Amount
+    impacts: Count
+    chatters: Count
+    sticks: Count
     section: Section = field(metadata=INSIDE, repr=False)
     progress: Floats = field(metadata=along("coordinate"), repr=False)
-    transient: int = 0
-    windows: tuple[tuple[int, str], ...] = ()
+    transient: Count = 0
+    windows: tuple[tuple[Count, str], ...] = ()
     rest: str = ""
 
     @property

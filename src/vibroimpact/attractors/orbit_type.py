@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.types import Complexes
+from vibroimpact._core.types import Complexes, Count
 from vibroimpact.attractors.point_sets import InvariantSet, Kind
 from vibroimpact.attractors.windows import Window
 from vibroimpact.model.system import mechanism_of
@@ -36,9 +36,9 @@ MIRROR_GAPS = 2.0
 class OrbitType(NamedTuple):
     """n-p-q: forcing periods, impacts at stops A and B of one contact, until the orbit closes."""
 
-    n_periods: int
-    impacts_a: int
-    impacts_b: int
+    n_periods: Count
+    impacts_a: Count
+    impacts_b: Count
 
     def __str__(self) -> str:
         impacts = f"{self.impacts_a}-{self.impacts_b}"

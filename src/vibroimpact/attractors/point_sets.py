@@ -24,7 +24,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_kind, numbers
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import AnyAmount, Count, Floats
 from vibroimpact.attractors.rotation import ClosedCurve, closed_curve, weights
 from vibroimpact.simulation.lyapunov import LEAST_GROWTH, LyapunovEstimate
 
@@ -85,11 +85,11 @@ class InvariantSet:
     """
 
     kind: Kind
-    period: int = 0
-    pieces: int = 1
+    period: Count = 0
+    pieces: Count = 1
     curve: ClosedCurve | None = None
-    return_distance: float = np.inf
-    drift: float = 0.0
+    return_distance: AnyAmount = np.inf
+    drift: AnyAmount = 0.0
     settled: bool = True
     reason: str = ""
 

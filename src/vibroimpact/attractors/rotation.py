@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import Amount, AnyAmount, Complexes, Counts, Floats
 
 REFINEMENTS = 3  # each reduces an error of 1 / N by an order; the third changes nothing
 MOST_TURNS = 4  # a curve that winds more often around its centre is left undecided
@@ -59,7 +59,7 @@ class Rotation:
     """
 
     value: float
-    error: float
+    error: AnyAmount
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,9 +82,9 @@ class ClosedCurve:
 
     rotation: Rotation
     turns: int
-    order: NDArray[np.intp]
-    widest_gap: float
-    length: float
+    order: Counts
+    widest_gap: AnyAmount
+    length: Amount
 
 
 def rotation_number(signal: Floats) -> Rotation:

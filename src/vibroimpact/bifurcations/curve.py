@@ -11,7 +11,7 @@ import numpy as np
 from vibroimpact._core.checks import check_index
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Complexes, Flags, Floats
+from vibroimpact._core.types import AnyComplexes, Flags, Floats
 from vibroimpact.bifurcations.augmented import Augmented, Bounds
 from vibroimpact.bifurcations.tests_along import COSINE
 from vibroimpact.branches.point import BifurcationPoint
@@ -55,7 +55,7 @@ class BifurcationCurve(Result):
     names: tuple[str, str]
     bounds: tuple[Bounds, Bounds]
     values: Floats = field(metadata=along("point", "parameter"))
-    multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
+    multipliers: AnyComplexes = field(metadata=along("point", "multiplier"), repr=False)
     admissible: Flags = field(metadata=along("point"), repr=False)
     neutral: Flags = field(metadata=along("point"), repr=False)
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))

@@ -32,7 +32,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyComplexes, AnyFloat, Complexes, Count, Floats
 from vibroimpact.bifurcations.augmented import Augmented
 from vibroimpact.bifurcations.conditions import (
     ClosingRate,
@@ -112,15 +112,15 @@ class GrazingContact:
     along: str
     across: str
     at: float
-    order: int
-    coefficient: float
+    order: Count
+    coefficient: AnyFloat
     admissible_side: int
     own_sides: tuple[int, int] = field(repr=False)
     other_sides: tuple[int, int] = field(repr=False)
     impacts: tuple[int, int] = field(repr=False)
     switchable: tuple[NewCurve, ...] = field(repr=False)
     why_not: str = field(repr=False)
-    multipliers: Complexes = field(repr=False)
+    multipliers: AnyComplexes = field(repr=False)
 
     @property
     def numbers(self) -> dict[str, Any]:

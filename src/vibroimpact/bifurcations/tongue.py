@@ -26,7 +26,7 @@ import numpy as np
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Positive
 from vibroimpact.bifurcations.augmented import Augmented, Bounds, is_inside
 from vibroimpact.bifurcations.curve import BifurcationCurve, of_curves, with_units_of
 from vibroimpact.bifurcations.emanating import (
@@ -82,7 +82,7 @@ class Tongue(Result):
 
     tip: BifurcationPoint
     sides: tuple[BifurcationCurve, BifurcationCurve]
-    radius: float = field(repr=False)
+    radius: Positive = field(repr=False)
 
     @property
     def resonance(self) -> tuple[int, int]:

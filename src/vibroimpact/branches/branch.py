@@ -11,7 +11,15 @@ import numpy as np
 from vibroimpact._core.checks import check_index
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Complexes, Flags, Floats, Integers
+from vibroimpact._core.types import (
+    AnyAmounts,
+    AnyComplexes,
+    AnyFloats,
+    Bounds,
+    Flags,
+    Floats,
+    Integers,
+)
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import Curve
@@ -51,12 +59,12 @@ class Branch(Result):
     """
 
     parameter: str
-    bounds: tuple[float, float]
+    bounds: Bounds
     values: Floats = field(metadata=along("point"))
-    multipliers: Complexes = field(metadata=along("point", "multiplier"), repr=False)
+    multipliers: AnyComplexes = field(metadata=along("point", "multiplier"), repr=False)
     stability: Integers = field(metadata=along("point", codes=Stability), repr=False)
-    clearance: Floats = field(metadata=along("point", quantity="length"), repr=False)
-    impact_speed: Floats = field(metadata=along("point", quantity="velocity"), repr=False)
+    clearance: AnyFloats = field(metadata=along("point", quantity="length"), repr=False)
+    impact_speed: AnyAmounts = field(metadata=along("point", quantity="velocity"), repr=False)
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     curve: Curve = field(metadata=INSIDE, repr=False)
     family: OrbitFamily = field(repr=False)
@@ -137,6 +145,16 @@ class BranchProfile(NamedTuple):
     z: Floats  # unknowns, shape (m, d)
     special: Integers  # number of the special point, -1 for others, shape (m,)
     stability: Integers  # Stability of the stretch from each point to the next, shape (m - 1,)
+
+    @staticmethod
+    def dims_of() -> dict[str, tuple[str, ...]]:
+        """Dims of its entries."""
+        return {
+            "parameter": ("point",),
+            "z": ("point", "unknown"),
+            "special": ("point",),
+            "stability": ("point-1",),
+        }
 
 
 def place_of(branch: Branch, point: BifurcationPoint) -> tuple[int, float]:

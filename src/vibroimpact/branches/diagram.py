@@ -33,7 +33,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Bounds, Count, Floats
 from vibroimpact.branches.branch import Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.point import BifurcationPoint, NotFound
@@ -64,7 +64,7 @@ class Reached(NamedTuple):
     """Result of switching at a special point."""
 
     # number of the branch and label of the point
-    branch: int
+    branch: Count
     label: str
     # number of the branch that was found there or was known; None where there is none
     to: int | None
@@ -95,10 +95,10 @@ class Diagram(Result):
     """
 
     parameter: str
-    bounds: tuple[float, float]
+    bounds: Bounds
     branches: tuple[Branch, ...] = field(repr=False)
     reached: tuple[Reached, ...] = field(metadata=rows("reached"), repr=False)
-    untried: tuple[tuple[int, str], ...] = field(repr=False)
+    untried: tuple[tuple[Count, str], ...] = field(repr=False)
     attractors: xr.Dataset | None = field(repr=False)
     interrupted: bool = False
 

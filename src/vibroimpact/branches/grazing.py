@@ -126,9 +126,8 @@ class _Between:
         length = self.curve.arclength
         at = float(length[self.i] + share * (length[self.i + 1] - length[self.i]))
         tangent = node.tangent * self.problem.sizes
-        error = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST_OF_DISTANCE + float(
-            np.spacing(p)
-        )
+        moved = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST_OF_DISTANCE
+        error = moved + math.ulp(p)
         point = LocatedPoint(
             test=TEST,
             parameter=p,

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from vibroimpact._core.checks import check_kind, refusal
-from vibroimpact._core.types import Complexes
+from vibroimpact._core.types import Complexes, Count, Index, OneOrTwoBounds
 from vibroimpact.compile.prescribed import GAP_WATCH
 from vibroimpact.continuation import LocatedPoint
 from vibroimpact.normal_forms.critical import Refusal, Status
@@ -77,11 +77,11 @@ class BifurcationPoint(LocatedPoint):
     parameters: Mapping[str, float]
     orbit: Any
     problem: Any = field(repr=False)
-    bounds: Any
+    bounds: OneOrTwoBounds
     curve: PointKind | None = None
     nearest: Nearest | None = None
-    segment: int = -1
-    images: int = 1
+    segment: Index = -1
+    images: Count = 1
 
     @property
     def kind(self) -> str:

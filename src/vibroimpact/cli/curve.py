@@ -19,6 +19,7 @@ from vibroimpact.cli.branch import Bounds, add_branch, along_of, branches_of
 from vibroimpact.cli.output import Done
 from vibroimpact.results.files import NETCDF, read
 from vibroimpact.sweeps.execution.store import read_store
+from vibroimpact.sweeps.reading import check_dataset
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,8 +120,12 @@ def plane_behind(arguments: argparse.Namespace, names: Sequence[str]) -> Callabl
     if (path := arguments.behind) is None:
         return None
     path = path_of("behind", path)
-    data = read("behind", path) if path.suffix.lower() == NETCDF else read_store("behind", path)
-    check_kind("behind", data, xr.Dataset, "a plane, as vibroimpact plane writes")
+    if path.suffix.lower() == NETCDF:
+        data = read("behind", path)
+        check_kind("behind", data, xr.Dataset, "a plane, as vibroimpact plane writes")
+    else:
+        data = read_store("behind", path)
+        check_dataset(data)
     if [*names] != [name for name in data.dims if name in names]:
         raise InvalidParameterError(
             f"behind = {path}: holds {', '.join(map(str, data.dims))}; need a plane of {' and '.join(names)}, in "

@@ -22,7 +22,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError
 from vibroimpact._core.linear import Matrix, Vector
 from vibroimpact._core.scalars import greatest, is_infinite, least, rounded_down, square_root
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Amount, Count, Floats
 from vibroimpact.compile.coordinates import (
     STEP_ANGLE,
     Blocks,
@@ -283,7 +283,9 @@ def hybrid_of(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
 class Compiled:
     """Mechanism compiled for the kernel. Modes of closed sets, by ``codes``, are added when first needed."""
 
-    def __init__(self, mechanism: Mechanism, pace: float = 0.0, codes: Sequence[int] = ()) -> None:
+    def __init__(
+        self, mechanism: Mechanism, pace: Amount = 0.0, codes: Sequence[Count] = ()
+    ) -> None:
         self.mechanism, self.pace = mechanism, pace
         self._hybrid = h = hybrid_of(mechanism, pace)
         self.dense, self.size, self.free = h.dense, h.size, h.free

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.scalars import rounded_down
-from vibroimpact._core.types import Flags, Floats
+from vibroimpact._core.types import Amount, Flags, Floats, Positive
 from vibroimpact.model.hybrid_system import HybridSystem
 
 # t_max has so many steps of (2) at most: a start next to zero by rounding makes no step shorter.
@@ -42,8 +42,8 @@ class Units(NamedTuple):
     """Units of the states and of time, and the least rate of each mode, in the user's."""
 
     states: Floats
-    time: float
-    floors: list[float]
+    time: Positive
+    floors: list[Amount]
 
 
 def units_of(system: HybridSystem, mode: str, y: Floats, t_max: float) -> Units:

@@ -7,8 +7,17 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from vibroimpact._core.labels import counted
-from vibroimpact._core.types import Floats, Integers
-from vibroimpact.results.result import along, rows
+from vibroimpact._core.types import (
+    Amounts,
+    AnyAmount,
+    AnyFloats,
+    Count,
+    Counts,
+    Floats,
+    Rising,
+    Sign,
+)
+from vibroimpact.results.result import along, rows, sized
 
 
 class Stopped(StrEnum):
@@ -75,11 +84,11 @@ class LocatedPoint:
 
     test: str
     parameter: float
-    z: Floats = field(repr=False)
-    tangent: Floats = field(repr=False)
+    z: Floats = field(metadata=sized("unknown"), repr=False)
+    tangent: Floats = field(metadata=sized("direction"), repr=False)
     arclength: float
-    error: float
-    crossing: int
+    error: AnyAmount
+    crossing: Sign
 
 
 @dataclass(frozen=True)
@@ -97,8 +106,8 @@ class Unresolved:
     """
 
     name: str
-    first: int
-    last: int
+    first: Count
+    last: Count
     reason: str
 
 
@@ -137,19 +146,19 @@ class Curve:
         Panels that were tried and rejected.
     """
 
-    parameter: Floats = field(repr=False)
+    parameter: Floats = field(metadata=sized("point"), repr=False)
     z: Floats = field(metadata=along("point", "unknown"))
     tangent: Floats = field(metadata=along("point", "direction"))
-    arclength: Floats = field(metadata=along("point"))
-    residual: Floats = field(metadata=along("point"))
-    steps: Integers = field(metadata=along("point"))
-    panel: Integers = field(metadata=along("point"))
-    tests: Mapping[str, Floats] = field(repr=False)
+    arclength: Rising = field(metadata=along("point"))
+    residual: Amounts = field(metadata=along("point"))
+    steps: Counts = field(metadata=along("point"))
+    panel: Counts = field(metadata=along("point"))
+    tests: Mapping[str, AnyFloats] = field(metadata=sized("point"), repr=False)
     special: tuple[LocatedPoint, ...] = field(metadata=rows("zero"))
     ends: tuple[End, End]
-    start: int
+    start: Count
     unresolved: tuple[Unresolved, ...] = field(metadata=rows("unresolved"))
-    rejected: int
+    rejected: Count
 
     def __len__(self) -> int:
         return len(self.parameter)

@@ -14,12 +14,12 @@ from vibroimpact._core.checks import check_memory, check_progress, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import AnyFloats, Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import TOLERATED_DECIBELS, label_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System
-from vibroimpact.results.result import Result
+from vibroimpact.results.result import Result, sized
 from vibroimpact.sweeps.axes import parameter_axes
 
 BYTES_PER_MACHINE = 2**8  # parameters, value, reduction
@@ -45,8 +45,8 @@ class DesignMap(Result):
     system: System
     objective: Objective
     axes: dict[str, Floats]
-    value: Floats = field(repr=False)
-    reduction_db: Floats = field(repr=False)
+    value: AnyFloats = field(metadata=sized("first", "second"), repr=False)
+    reduction_db: AnyFloats = field(metadata=sized("first", "second"), repr=False)
     judge: Judge = field(repr=False)
 
     @property

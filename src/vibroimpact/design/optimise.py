@@ -38,7 +38,7 @@ from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.types import AnyFloat, Count, Floats, Integers
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
 from vibroimpact.design.search import (
@@ -131,10 +131,10 @@ class Design(Result):
     parameters: dict[str, float]
     value: float
     searched: float
-    machines: int
+    machines: Count
     why_stopped: str
     interrupted: bool
-    history: tuple[tuple[int, ...], tuple[float, ...]] = field(repr=False)
+    history: tuple[tuple[Count, ...], tuple[AnyFloat, ...]] = field(repr=False)
     judge: Judge = field(repr=False)
     search: Search = field(repr=False)
 
@@ -404,7 +404,7 @@ def optimise(
     InvalidParameterError
         No such parameter; bounds that are reversed, or that the machine refuses; a band or a measure
         that it does not have; an objective that is the same for all machines; constraints that no
-        machine satisfies; a store of another search.
+        machine satisfies; a store of another search, or one to which another process writes.
     KeyboardInterrupt
         Ctrl-C before the first machines are judged.
 
@@ -435,10 +435,8 @@ def optimise(
     judge.check_finer(refine)
     check_progress(progress)
     search = Search([judge], variables, constraints_of(constraints), seed=seed, refine=refine)
-    if store is not None:
-        search.open(store)
     unit, interrupted = units_of(system).unit(judge.measure.dimension), False
-    with Reporter(progress, "optimise") as report:
+    with search.kept_in(store), Reporter(progress, "optimise") as report:
 
         def told(machines: int, best: float) -> None:
             seen = search.judge.objective

@@ -29,7 +29,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact._core.types import Flags, Floats
+from vibroimpact._core.types import Count, Flags, Floats
 from vibroimpact.design.objective import Judge, Objective, judge_of
 from vibroimpact.design.optimise import label_of, sobol
 from vibroimpact.design.search import (
@@ -43,7 +43,7 @@ from vibroimpact.design.search import (
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.system import System
-from vibroimpact.results.result import Result
+from vibroimpact.results.result import Result, sized
 
 GENERATION_MACHINES = 32  # a generation has so many machines
 DIFFERENCE_WEIGHT = 0.5  # differential evolution adds this part of a difference of two machines
@@ -67,10 +67,10 @@ class ParetoFront(Result):
     """
 
     system: System
-    names: tuple[str, ...]
-    table: Floats = field(repr=False)
-    values: Floats = field(repr=False)
-    machines: int
+    names: tuple[str, ...] = field(metadata=sized("parameter"))
+    table: Floats = field(metadata=sized("machine", "parameter"), repr=False)
+    values: Floats = field(metadata=sized("machine", "objective"), repr=False)
+    machines: Count
     interrupted: bool
     judges: tuple[Judge, ...] = field(repr=False)
 

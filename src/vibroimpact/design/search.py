@@ -11,22 +11,25 @@ from __future__ import annotations
 import itertools
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import ends_of, is_function, path_of, real, refusal
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.files import check_target
+from vibroimpact._core.files import check_target, only_writer
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Count, Floats
 from vibroimpact.design.objective import Judge
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.files import NETCDF, load, save
+from vibroimpact.results.result import sized
 
 Constraint = Callable[[dict[str, float]], float]
 
@@ -40,6 +43,11 @@ class Variables(NamedTuple):
     names: tuple[str, ...]
     low: Floats
     high: Floats
+
+    @staticmethod
+    def dims_of() -> dict[str, tuple[str, ...]]:
+        """Dims of its entries."""
+        return {"names": ("parameter",), "low": ("parameter",), "high": ("parameter",)}
 
 
 def variables_of(system: System, bounds: Any) -> Variables:
@@ -79,17 +87,17 @@ class Search:
     store: str | os.PathLike[str] | None = None  # file in which the record is kept, or None
     # called with (machines, best value) after every group of machines
     report: Callable[[int, float], object] | None = None
-    seed: int = 0  # of the search, which the store must share
-    refine: int = 0  # the same
+    seed: Count = 0  # of the search, which the store must share
+    refine: Count = 0  # the same
     # every machine that was evaluated: its parameters, (k, d), its value in the sense that less is better, and the
     # number of its judge
-    table: list[Floats] = field(default_factory=list)
-    worth: list[float] = field(default_factory=list)
-    levels: list[int] = field(default_factory=list)
+    table: list[Floats] = field(metadata=sized("machine"), default_factory=list)
+    worth: list[float] = field(metadata=sized("machine"), default_factory=list)
+    levels: list[Count] = field(metadata=sized("machine"), default_factory=list)
     # how many machines had been evaluated after each group
-    groups: list[int] = field(default_factory=list)
-    evaluated: int = 0  # how many of them this search has come to; the others are of the store
-    level: int = 0  # number of the judge in use
+    groups: list[Count] = field(default_factory=list)
+    evaluated: Count = 0  # how many of them this search has come to; the others are of the store
+    level: Count = 0  # number of the judge in use
 
     def __call__(self, table: Floats) -> Floats:
         """Worth of machines, shape (k, d) to (k,): less is better; those not allowed are worst."""
@@ -226,10 +234,20 @@ class Search:
 
     # ---- the store ---------------------------------------------------------------------------
 
-    def open(self, store: str | os.PathLike[str]) -> None:
-        """Keep the record in a file, and take what an earlier search has left there."""
+    @contextmanager
+    def kept_in(self, store: str | os.PathLike[str] | None) -> Iterator[None]:
+        """Keep the record in a file, if one is given, and take what an earlier search has left there."""
+        if store is None:
+            yield
+            return
         self.store = path = path_of("store", store)
         check_target(path, (NETCDF,), "store")
+        with only_writer("store", path):
+            self._take_up(path)
+            yield
+
+    def _take_up(self, path: Path) -> None:
+        """Take what an earlier search has left."""
         if not path.exists():
             return
         data = load(path)

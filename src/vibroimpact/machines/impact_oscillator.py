@@ -25,6 +25,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
+from vibroimpact._core.types import AnyFloat
 from vibroimpact.machines.known_for import KnownFor
 from vibroimpact.machines.machine import Machine, machine, parameter
 from vibroimpact.model.elements.rigid_stop import FRICTIONLESS, RigidStop
@@ -118,7 +119,7 @@ class ImpactOscillator(Machine):
     zeta: float = parameter(nonnegative)
     omega: float = parameter(positive, "frequency", advice="The force must be periodic.")
     restitution: float = parameter(fraction)
-    clearance: float = parameter(real, "length", "clearance $s$")
+    clearance: AnyFloat = parameter(real, "length", "clearance $s$")
     lower_clearance: float | None = parameter(
         _distance, "length", "lower clearance $s_B$", default=None
     )

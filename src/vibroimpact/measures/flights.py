@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, cast
 
@@ -29,7 +29,7 @@ from numpy.polynomial import chebyshev, legendre
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.exponential import exponentials
 from vibroimpact._core.scalars import numeric_value, rounded_down
-from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.types import Count, Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import units_of
@@ -40,6 +40,7 @@ from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.admissibility import FLAT_OF_LARGEST_RATE
+from vibroimpact.results.result import sized
 
 # Longer steps, relative to a window, are those of two extrema about to merge.
 POLISHING_STEP_OF_WINDOW = 1e-5
@@ -197,13 +198,15 @@ class Flights:
 
     rows: Rows  # Rows of its system
     # (x, v, theta) where each flight begins, shape (m, 2n + 1), and flight times (m,)
-    states: Floats
-    durations: Floats
-    codes: tuple[int, ...]  # code of the mode of each flight (compile/piecewise.py)
+    states: Floats = field(metadata=sized("flight", "entry"))
+    durations: Floats = field(metadata=sized("flight"))
+    codes: tuple[Count, ...] = field(
+        metadata=sized("flight")
+    )  # code of the mode of each flight (compile/piecewise.py)
     struck: Struck  # the impacts, meetings with soft stops included
     # their derivatives by the parameter of `rows`; zero without one
-    states_by: Floats
-    durations_by: Floats
+    states_by: Floats = field(metadata=sized("flight", "entry"))
+    durations_by: Floats = field(metadata=sized("flight"))
     periodic: bool = True  # whether the motion repeats after them
 
     @property
@@ -320,8 +323,8 @@ class Signal:
     """A function of time along a motion: Chebyshev series in every window, (WINDOW_NODES, w) each."""
 
     flights: Flights
-    series: Floats
-    series_by: Floats
+    series: Floats = field(metadata=sized("node", "window"))
+    series_by: Floats = field(metadata=sized("node", "window"))
 
     def extremes(self) -> tuple[Jet, Jet]:
         """Smallest and largest value, with their derivatives, by (2)."""

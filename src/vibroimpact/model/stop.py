@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
+from vibroimpact._core.types import Index, Sign
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.elements.rigid_stop import RigidStop
 
@@ -14,8 +15,8 @@ StopName = Literal["A", "B"]  # of a given contact: A is the upper stop, B the l
 class Stop(NamedTuple):
     """Stop of a mechanism."""
 
-    contact: int  # number of the contact
-    side: int  # +1 for its upper stop, A; -1 for its lower stop, B
+    contact: Index  # number of the contact
+    side: Sign  # +1 for its upper stop, A; -1 for its lower stop, B
 
     def __repr__(self) -> str:
         return repr(tuple(self))

@@ -27,7 +27,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyComplexes, Floats
 from vibroimpact.normal_forms.critical import (
     HALF_OF_THE_DIGITS,
     Critical,
@@ -73,7 +73,7 @@ class BranchPoint:
     q: Floats = field(repr=False)
     p: Floats = field(repr=False)
     drift: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
+    multipliers: AnyComplexes = field(repr=False)
     others_inside: bool
 
     @property

@@ -19,7 +19,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyComplexes, Complexes, Floats
 from vibroimpact.normal_forms.kind import PointKind
 
 ON_CIRCLE = 1e-6
@@ -89,7 +89,7 @@ class Refusal:
     kind: str
     status: Status
     reason: str
-    multipliers: Complexes = field(repr=False)
+    multipliers: AnyComplexes = field(repr=False)
     critical: NormalForm | None = field(default=None, repr=False)
 
 
@@ -102,8 +102,8 @@ class Critical:
     q: Complexes
     p: Complexes
     # all multipliers, shape (d,), and all but nu and conj(nu)
-    multipliers: Complexes
-    others: Complexes
+    multipliers: AnyComplexes
+    others: AnyComplexes
 
     @property
     def on_circle(self) -> complex:

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from vibroimpact import _kernel
 from vibroimpact._core.checks import check_choice, check_count, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyAmount, AnyComplexes, AnyFloats, Count, Floats
 from vibroimpact.normal_forms.codimension_one import NS, PD
 from vibroimpact.normal_forms.forms import checked
 
@@ -77,11 +77,11 @@ class FixedPoint:
 
     status: FixedPointStatus
     reason: str
-    x: Floats
+    x: AnyFloats
     p: Values
-    residual: float
-    steps: int
-    multipliers: Complexes
+    residual: AnyAmount
+    steps: Count
+    multipliers: AnyComplexes
 
     @property
     def converged(self) -> bool:
@@ -161,8 +161,8 @@ class ExplicitMap:
     """
 
     function: Function
-    dimension: int
-    iterate: int = 1
+    dimension: Count
+    iterate: Count = 1
     sizes: tuple[float, ...] = field(default=())
     parameters: tuple[str, ...] = ("p",)
 

@@ -28,7 +28,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyComplexes, Floats
 from vibroimpact.normal_forms.critical import (
     Critical,
     Refusal,
@@ -73,7 +73,7 @@ class Flip:
     q: Floats = field(repr=False)
     p: Floats = field(repr=False)
     h2: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
+    multipliers: AnyComplexes = field(repr=False)
     others_inside: bool
     unfolding: Unfolding | None = field(repr=False)
 
@@ -142,7 +142,7 @@ class Fold:
     a: float
     q: Floats = field(repr=False)
     p: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
+    multipliers: AnyComplexes = field(repr=False)
     others_inside: bool
     drive: float | None
 

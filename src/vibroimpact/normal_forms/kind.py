@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from vibroimpact._core.types import Count
+
 
 @dataclass(frozen=True)
 class PointKind:
@@ -15,7 +17,7 @@ class PointKind:
     name: str  # name in two or three words, for legends
     meaning: str = field(compare=False)  # what happens there, for printed points
     # number of parameters that are needed to meet it
-    codimension: int = field(default=1, compare=False)
+    codimension: Count = field(default=1, compare=False)
     # Multipliers of modulus one that the map has there: 1.0, -1.0, or None for a pair that is not real. Empty where
     # the kind is not one of multipliers.
     critical: tuple[float | None, ...] = field(default=(), compare=False)

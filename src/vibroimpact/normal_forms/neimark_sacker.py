@@ -32,7 +32,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyAmount, AnyComplexes, Complexes, Floats
 from vibroimpact.normal_forms.critical import (
     ON_CIRCLE,
     Critical,
@@ -92,9 +92,9 @@ class NeimarkSacker:
     p: Complexes = field(repr=False)
     h20: Complexes = field(repr=False)
     h11: Floats = field(repr=False)
-    multipliers: Complexes = field(repr=False)
+    multipliers: AnyComplexes = field(repr=False)
     others_inside: bool
-    resonant_radius: float
+    resonant_radius: AnyAmount
     warnings: tuple[str, ...]
     unfolding: Unfolding | None = field(repr=False)
 

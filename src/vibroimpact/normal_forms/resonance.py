@@ -19,6 +19,8 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
+from vibroimpact._core.types import Count
+
 HIGHEST_DENOMINATOR = 12
 """Resonances p/q up to this q are listed, and located along curves of Neimark-Sacker bifurcations."""
 
@@ -58,8 +60,8 @@ class Resonance:
         arg(nu) - 2 pi p / q, radians.
     """
 
-    p: int
-    q: int
+    p: Count
+    q: Count
     distance: float
     angle: float
 

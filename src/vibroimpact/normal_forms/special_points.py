@@ -24,7 +24,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyComplexes, Complexes, Count, Floats
 from vibroimpact.normal_forms.critical import (
     ON_CIRCLE,
     Critical,
@@ -70,7 +70,7 @@ class NewCurve:
     """
 
     kind: str
-    period: int
+    period: Count
     neutral_saddle: bool = False
 
     def __str__(self) -> str:
@@ -110,7 +110,7 @@ class CodimensionTwo:
     kind: str
     numbers: Mapping[str, Any]
     vectors: Mapping[str, NDArray[Any]] = field(repr=False)
-    multipliers: Complexes = field(repr=False)
+    multipliers: AnyComplexes = field(repr=False)
     others_inside: bool
     meaning: str = ""
     switchable: tuple[NewCurve, ...] = NO_CURVES

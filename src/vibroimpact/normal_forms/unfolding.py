@@ -16,7 +16,7 @@ from typing import TypeVar
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Positive
 from vibroimpact.normal_forms.critical import Critical
 from vibroimpact.normal_forms.forms import Multilinear, with_parameter
 from vibroimpact.normal_forms.terms import off, sized
@@ -40,7 +40,7 @@ class Unfolding:
 
     drift: Floats  # x_p, shape (dimension,)
     multiplier_slope: complex  # d nu / d p
-    scale: float  # size of the terms whose sum the slope is
+    scale: Positive  # size of the terms whose sum the slope is
 
 
 def unfold(at: Multilinear, A: Floats, critical: Critical) -> Unfolding:

@@ -30,7 +30,7 @@ import numpy as np
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact._core.types import Amount, AnyFloat, Count, Flags, Floats, Integers, Sign
 from vibroimpact._core.windows import Windows, values_at
 from vibroimpact.compile.modes import digit_in_code
 from vibroimpact.compile.prescribed import (
@@ -77,11 +77,11 @@ class Place(NamedTuple):
 class Nearest(NamedTuple):
     """Gap at one of its extrema, or at the impact of another contact."""
 
-    gap: float
-    contact: int
-    side: int
-    segment: int
-    time: float  # since the segment's start
+    gap: AnyFloat
+    contact: Count
+    side: Sign
+    segment: Count
+    time: Amount  # since the segment's start
     own: bool = False  # of an impact that is reached or left from behind
     watch: int = GAP_WATCH
 

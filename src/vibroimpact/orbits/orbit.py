@@ -12,7 +12,7 @@ import numpy as np
 
 from vibroimpact._core.checks import nonnegative
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyAmount, Complexes, Durations, Floats
 from vibroimpact.attractors.orbit_type import symbol_word
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, Linearised
@@ -83,8 +83,8 @@ class Orbit(Result):
     system: System
     signature: Signature
     states: Floats = field(metadata=along("segment", "entry"), repr=False)
-    durations: Floats = field(metadata=along("segment", quantity="time"), repr=False)
-    residual: float
+    durations: Durations = field(metadata=along("segment", quantity="time"), repr=False)
+    residual: AnyAmount
     status: str = FOUND
     parameter: str = field(default="", repr=False)
     solved: InitVar[OrbitProblem | None] = None  # the equations, where they are at hand

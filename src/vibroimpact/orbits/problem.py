@@ -26,7 +26,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Count, Floats
 from vibroimpact.compile.along import Along
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
@@ -59,7 +59,7 @@ MOST_CYCLES = 1000  # forcing frequencies may be commensurate over so many cycle
 class Flight(NamedTuple):
     """A flight: the code of its mode, and which of its guards ends it, as in :class:`End`."""
 
-    mode: int
+    mode: Count
     watch: int = GAP_WATCH
 
 
@@ -85,7 +85,7 @@ class Signature:
     """
 
     impacts: tuple[Stop, ...]
-    cycles: int
+    cycles: Count
     symmetric: bool = False
     flights: tuple[Flight, ...] = ()
 

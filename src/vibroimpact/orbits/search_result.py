@@ -12,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibroimpact._core.lazy import xr
+from vibroimpact._core.types import Count
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.find import unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import impacting
 from vibroimpact.orbits.stability import Stability, in_words
-from vibroimpact.results.result import Result, complex_columns, meanings
+from vibroimpact.results.result import Result, complex_columns, meanings, sized
 
 
 class MotionEnd(StrEnum):
@@ -66,16 +67,16 @@ class OrbitSearch(Result):
     """
 
     system: System
-    most_cycles: int
-    most_impacts: int
-    starts: int
-    seed: int
-    orbits: tuple[Orbit, ...] = field(repr=False)
-    mirror_of: tuple[int | None, ...] = field(repr=False)
-    motions: Mapping[MotionEnd, int]
-    guesses: Mapping[GuessEnd, int]
-    repeated: int
-    unresolved: Mapping[str, int] = field(default_factory=dict)
+    most_cycles: Count
+    most_impacts: Count
+    starts: Count
+    seed: Count
+    orbits: tuple[Orbit, ...] = field(metadata=sized("orbit"), repr=False)
+    mirror_of: tuple[Count | None, ...] = field(metadata=sized("orbit"), repr=False)
+    motions: Mapping[MotionEnd, Count]
+    guesses: Mapping[GuessEnd, Count]
+    repeated: Count
+    unresolved: Mapping[str, Count] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.orbits)
@@ -211,10 +212,10 @@ def _numbers(values: list[int] | list[bool]) -> NDArray[np.int32]:
     return np.array(values, dtype=np.int32)
 
 
-def _shares(counts: Mapping[MotionEnd, int] | Mapping[GuessEnd, int]) -> str:
+def _shares(counts: Mapping[MotionEnd, Count] | Mapping[GuessEnd, Count]) -> str:
     whole = max(sum(counts.values()), 1)
     return ", ".join(f"{100.0 * n / whole:.3g}% {end}" for end, n in counts.items() if n) or "-"
 
 
-def _counts(counts: Mapping[MotionEnd, int] | Mapping[GuessEnd, int]) -> str:
+def _counts(counts: Mapping[MotionEnd, Count] | Mapping[GuessEnd, Count]) -> str:
     return ", ".join(f"{n} {end}" for end, n in counts.items())

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Amount, AnyAmount, AnyFloat, Count, Floats, Positive
 from vibroimpact.measures.linear import free_motion
 from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
 from vibroimpact.measures.motions import Motion
@@ -98,14 +98,14 @@ class Answer:
     """
 
     parameter: float
-    value: float
+    value: AnyFloat
     motion: str
     stability: Stability = Stability.STABLE
     attracting: bool = True
-    derivative: float = math.nan
-    rms: float = math.nan
-    peak: float = math.nan
-    members: int = 0
+    derivative: AnyFloat = math.nan
+    rms: AnyAmount = math.nan
+    peak: AnyAmount = math.nan
+    members: Count = 0
     ways: tuple[str, ...] = ()
     orbit: Motion | None = field(default=None, repr=False)
     state: State | None = field(default=None, repr=False)
@@ -170,8 +170,8 @@ class Simulation:
     measure: Measure
     start: State
     starts: Many | None
-    settle_periods: float
-    periods: float
+    settle_periods: Amount
+    periods: Positive
     options: dict[str, Any] = field(default_factory=dict)
 
     def answers(self, values: Floats) -> list[list[Answer]]:

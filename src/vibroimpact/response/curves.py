@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from vibroimpact._core.labels import numbered
-from vibroimpact._core.types import Floats, Integers
+from vibroimpact._core.types import AnyFloats, Counts, Floats, Integers
 from vibroimpact.branches.branch import Branch, BranchProfile, profile
 from vibroimpact.branches.grazing import TEST
 from vibroimpact.branches.kinds import GR
@@ -34,6 +34,7 @@ from vibroimpact.orbits.find import Guess, solve
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.stability import Stability
 from vibroimpact.response.answers import SILENT, Answer, is_silent
+from vibroimpact.results.result import sized
 
 EXTREMUM_OF_RANGE = 1e-13  # a zero of the derivative is located so well, relative to the range
 TOUCH_RELATIVE = 1e-14  # a zero of the gap is located so well
@@ -67,12 +68,12 @@ class ResponseCurve:
 
     symbol: str
     name: str
-    parameter: Floats = field(repr=False)
-    value: Floats = field(repr=False)
-    derivative: Floats = field(repr=False)
-    stability: Integers = field(repr=False)
-    special_points: tuple[BifurcationPoint, ...]
-    special_values: Floats = field(repr=False)
+    parameter: Floats = field(metadata=sized("point"), repr=False)
+    value: AnyFloats = field(metadata=sized("point"), repr=False)
+    derivative: AnyFloats = field(metadata=sized("point"), repr=False)
+    stability: Counts = field(metadata=sized("point-1"), repr=False)
+    special_points: tuple[BifurcationPoint, ...] = field(metadata=sized("special"))
+    special_values: AnyFloats = field(metadata=sized("special"), repr=False)
     branch: Branch | None = field(repr=False)
     measure: Measure = field(repr=False)
     motion_near: Callable[[int, float], Motion | None] = field(repr=False)

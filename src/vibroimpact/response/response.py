@@ -70,7 +70,7 @@ from vibroimpact.response.curves import (
     curve_without_impacts,
     likeness,
 )
-from vibroimpact.results.result import Result, meanings, plotting
+from vibroimpact.results.result import Result, meanings, plotting, sized
 from vibroimpact.sweeps.starts import GridStarts, ListedStarts, RandomStarts
 
 STEPS = Steps(first=0.05, largest=2.0, points=600)
@@ -109,8 +109,8 @@ class Response(Result):
     band: Band
     measure: Measure
     curves: tuple[ResponseCurve, ...] = field(repr=False)
-    values: Floats = field(repr=False)
-    answers: tuple[tuple[Answer, ...], ...] = field(repr=False)
+    values: Floats = field(metadata=sized("value"), repr=False)
+    answers: tuple[tuple[Answer, ...], ...] = field(metadata=sized("value"), repr=False)
     simulation: Simulation = field(repr=False)
     notes: tuple[str, ...] = ()
     interrupted: bool = False

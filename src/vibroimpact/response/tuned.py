@@ -26,7 +26,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_choice, nonnegative, numbers, positive, refusal
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Amount, Floats, Positive
 from vibroimpact.results.result import Result
 
 LARGEST_RATIO = 1e6  # mass ratios, and damping ratios of the machine, enter polynomials of degree 8
@@ -50,10 +50,10 @@ class TunedDamper(Result):
         Damping ratio of the machine, >= 0.
     """
 
-    mass_ratio: float
-    frequency_ratio: float
-    damping_ratio: float
-    zeta: float = 0.0
+    mass_ratio: Positive
+    frequency_ratio: Positive
+    damping_ratio: Amount
+    zeta: Amount = 0.0
 
     def __post_init__(self) -> None:
         for name in ("mass_ratio", "frequency_ratio"):

@@ -33,7 +33,8 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import check_target, read_bytes, write_files
 from vibroimpact._core.lazy import xr
-from vibroimpact.results.result import CSV, Result, csv_of, dataframe_of
+from vibroimpact.results.fields import ADVICE
+from vibroimpact.results.result import CSV, Result, check_dataset, csv_of, dataframe_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
 
 NETCDF = ".nc"
@@ -50,7 +51,6 @@ SEAL = b"\nvibroimpact sha256 "  # at the end of a file, before the digest of al
 DIGEST_CHARACTERS = 64
 # words of an array are read so many at a time, until they are more than the file holds
 MOST_WORDS_AT_ONCE = 64
-ADVICE = "Give what vibroimpact.save wrote."
 DAMAGED = "Take a whole copy. vibroimpact.load(path, damaged=True) reads what is left; numbers may be wrong."
 
 
@@ -88,8 +88,9 @@ def load(path: str | os.PathLike[str], system: Any = None, *, damaged: bool = Fa
         :class:`~vibroimpact.normal_forms.ExplicitMap` or a class of your own, which a file cannot hold. The same
         function or class must be given; all numbers are those of the file.
     damaged
-        Read a file, too, that is not as it was written, by a damage or by another program. Its numbers may be wrong,
-        and HDF5 may fail on it in any way. Only for a file that you cannot get again, from somebody you trust.
+        Read a file, too, that is not as it was written, by a damage or by another program, or that holds numbers
+        which its fields do not admit. They may be wrong, and HDF5 may fail on it in any way. Only for a file that you
+        cannot get again, from somebody you trust.
 
     Returns
     -------
@@ -99,8 +100,8 @@ def load(path: str | os.PathLike[str], system: Any = None, *, damaged: bool = Fa
     Raises
     ------
     InvalidParameterError
-        No such file, no result in it or one of another format; a file that is not as it was written; no system where
-        one is needed, or another one.
+        No such file, no result in it or one of another format; a file that is not as it was written, or with numbers
+        that no result holds; no system where one is needed, or another one.
     """
     check_flag("damaged", damaged)
     return read("path", path_of("path", path), system, damaged=damaged)
@@ -110,7 +111,8 @@ def read(name: str, path: Path, system: Any = None, *, damaged: bool = False) ->
     """Read a result as :func:`load` does; errors begin with ``name``."""
     where = f"{name} = {path}"
     content = read_bytes(name, path, memory_here(), ADVICE)
-    return result_of(_dataset_in(where, netcdf_in(where, content, damaged=damaged)), system)
+    data = _dataset_in(where, netcdf_in(where, content, damaged=damaged))
+    return result_of(data, system, damaged=damaged)
 
 
 def dataset_of(result: Any) -> xr.Dataset:
@@ -132,14 +134,16 @@ def _seen(pool: Any, kind: str) -> Any:
     return pool.view(SEEN_AS[kind]) if kind in SEEN_AS else pool
 
 
-def result_of(data: xr.Dataset, system: Any = None) -> Any:
-    """Result of a dataset that :func:`dataset_of` made."""
+def result_of(data: xr.Dataset, system: Any = None, *, damaged: bool = False) -> Any:
+    """Result of a dataset that :func:`dataset_of` made; a damaged one may hold numbers that its fields do not admit."""
     given = data.attrs.get("format")
     if given != FORMAT:
         raise InvalidParameterError(f"data: format {given!r} must be {FORMAT!r}. {ADVICE}")
     if TEXT not in data:
         found = data.copy()
         del found.attrs["format"]
+        if not damaged:
+            check_dataset(found)
         return found
     with _damage():
         pools = {
@@ -148,7 +152,8 @@ def result_of(data: xr.Dataset, system: Any = None) -> Any:
             if name.startswith(STORED) and name != TEXT
         }
         named = {str(name): variable.values for name, variable in data.variables.items()}
-        return object_of(Tree(data[TEXT].values.tobytes().decode(), pools), named, system)
+        tree = Tree(data[TEXT].values.tobytes().decode(), pools)
+        return object_of(tree, named, system, ranges=not damaged)
 
 
 def _whole(pool: Any, kind: str) -> Any:

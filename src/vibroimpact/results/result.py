@@ -23,7 +23,7 @@ from vibroimpact._core.words import missing_attribute
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DIMS, ROWS, MERGED, ATTRS = "dims", "rows", "merged", "attrs"
+DIMS, ROWS, MERGED, ATTRS, SIZES = "dims", "rows", "merged", "attrs", "sizes"
 INSIDE = {MERGED: True}
 """Metadata of a field that holds a dataclass whose own variables are variables of the dataset, too."""
 
@@ -67,6 +67,16 @@ CSV = ".csv"
 def plotting(module: str) -> Any:
     """Module of the room above all others, imported when something is drawn: with it comes matplotlib."""
     return import_module(f"vibroimpact.plotting.{module}")
+
+
+def sized(*dims: str) -> dict[str, Any]:
+    """Metadata of a field that holds an array with these dims, and is no variable of the dataset."""
+    return {SIZES: dims}
+
+
+def check_dataset(data: xr.Dataset) -> None:
+    """Refuse a dataset of a sweep with values that no sweep returns; the room of sweeps knows what they are."""
+    import_module("vibroimpact.sweeps.reading").check_dataset(data)
 
 
 class Shown:

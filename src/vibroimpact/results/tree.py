@@ -16,7 +16,7 @@ import hashlib
 import inspect
 import json
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from enum import Enum
 from importlib import import_module
 from types import FunctionType
@@ -28,17 +28,14 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact.results.result import DIMS, ROWS
+from vibroimpact.results.fields import check_fields
+from vibroimpact.results.result import check_dataset
 
 PACKAGE = "vibroimpact"
 ROOMS = (
     "attractors", "bifurcations", "branches", "compile", "continuation", "design", "machines", "measures", "model",
     "normal_forms", "orbits", "response", "simulation", "sweeps.starts", "tori", "transients",
 )  # fmt: skip
-PLAIN: dict[str, Any] = {  # what fields hold that are declared in one word
-    "int": int, "float": (int, float), "str": str, "bool": bool,
-    "Floats": "f", "Complexes": "c", "Flags": "b", "Integers": "iu", "Codes": "iu",
-}  # fmt: skip
 Array = NDArray[Any]
 Pools = dict[str, Array]  # numbers of all arrays, by the name of their type
 
@@ -63,8 +60,12 @@ def tree_of(result: Any, named: Mapping[str, Array]) -> Tree:
     return Tree(text, {kind: np.concatenate(parts) for kind, parts in writer.pools.items()})
 
 
-def object_of(tree: Tree, named: Mapping[str, Array], system: Any = None) -> Any:
+def object_of(
+    tree: Tree, named: Mapping[str, Array], system: Any = None, *, ranges: bool = True
+) -> Any:
     """Object of a tree; ``system`` is the one with the code that the tree lacks.
+
+    Without ``ranges`` numbers are taken that a field does not admit.
 
     Raises
     ------
@@ -72,7 +73,7 @@ def object_of(tree: Tree, named: Mapping[str, Array], system: Any = None) -> Any
         Code in it and no system, or a system that has none of that name.
     """
     given = json.loads(tree.text)  # a depth that Python has not ends as RecursionError
-    reader = _Reader(given["objects"], tree.pools, named, system)
+    reader = _Reader(given["objects"], tree.pools, named, system, ranges=ranges)
     found = reader.read(given["root"])
     if system is not None and not reader.used:
         raise InvalidParameterError(
@@ -188,9 +189,16 @@ class _Writer:
 
 class _Reader:
     def __init__(
-        self, objects: list[Any], pools: Pools, named: Mapping[str, Array], system: Any
+        self,
+        objects: list[Any],
+        pools: Pools,
+        named: Mapping[str, Array],
+        system: Any,
+        *,
+        ranges: bool,
     ) -> None:
         self.objects, self.pools, self.named, self.system = objects, pools, named, system
+        self.ranges = ranges
         self.used = False
         self._made: dict[int, Any] = {}
         self._arrays: dict[str, Array] = {}  # an array that two objects share is one again
@@ -246,7 +254,10 @@ class _Reader:
 
     def _object(self, tree: dict[str, Any]) -> Any:
         if "dataset" in tree:
-            return xr.Dataset.from_dict(self.read(tree["dataset"]))
+            data = xr.Dataset.from_dict(self.read(tree["dataset"]))
+            if self.ranges:
+                check_dataset(data)
+            return data
         if "function" in tree:
             return _at(tree["function"])
         if "code" in tree:
@@ -256,7 +267,7 @@ class _Reader:
             raise TypeError(f"{kind} is no class")
         found = {name: self._argument(kind, name, part) for name, part in tree["arguments"].items()}
         made = kind(**found)
-        _check_fields(made)
+        check_fields(made, found, ranges=self.ranges)
         return made
 
     def _argument(self, kind: type, name: str, part: Any) -> Any:
@@ -284,37 +295,10 @@ class _Reader:
         return given
 
 
-def _check_fields(made: Any) -> None:
-    """Refuse an object whose fields are not of the types and of the lengths that its class declares."""
-    for name, declared in getattr(type(made), "__annotations__", {}).items():
-        value = getattr(made, name, None)
-        if (wanted := PLAIN.get(declared)) is None:
-            continue
-        right = (
-            getattr(getattr(value, "dtype", None), "kind", " ") in wanted
-            if isinstance(wanted, str)
-            else isinstance(value, wanted)
-        )
-        if not right:
-            raise TypeError(f"{type(made).__name__}.{name} = {shown(value)} is no {declared}")
-    lengths: dict[str, int] = {}
-    for one in fields(made) if is_dataclass(made) else ():
-        value = getattr(made, one.name)
-        if value is None:
-            continue
-        sizes = (
-            zip(one.metadata.get(DIMS, ()), np.shape(value), strict=True)
-            if DIMS in one.metadata
-            else ()
-        )
-        rows = [(dim, len(value)) for dim in one.metadata.get(ROWS, ())[:1] if value]
-        for dim, length in (*sizes, *rows):
-            if lengths.setdefault(dim, length) != length:
-                raise ValueError(f"{one.name} has {length} of {dim}, others have {lengths[dim]}")
-
-
 class Missing:
     """A function, or a system, that is code of the user's and was not given again."""
+
+    is_missing = True
 
     def __init__(self, name: str, words: str) -> None:
         self.__name__ = self.__qualname__ = name

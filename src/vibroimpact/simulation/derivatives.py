@@ -15,7 +15,7 @@ import numpy as np
 from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import announce_measured, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Amount, Count, Floats
 from vibroimpact.compile.hybrid import compile_mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -46,8 +46,8 @@ class MapDerivative:
     """
 
     matrix: Floats = field(repr=False)
-    duration: Floats = field(repr=False)
-    events: int
+    duration: Amount = field(repr=False)
+    events: Count
     end: RunEnd
 
 

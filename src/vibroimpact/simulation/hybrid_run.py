@@ -22,12 +22,12 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Announcement, expected, interruptible
-from vibroimpact._core.types import Codes, Floats
+from vibroimpact._core.types import Codes, Floats, Rising
 from vibroimpact.compile.sliding import GivenSystem
 from vibroimpact.compile.units import units_of
 from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.phases import phases_at
-from vibroimpact.results.result import Result, along
+from vibroimpact.results.result import Result, along, sized
 from vibroimpact.simulation.simulate import RunEnd, Status, flights_at, rounded_times
 
 KEPT = (
@@ -70,7 +70,7 @@ class HybridRun(Result):
 
     system: HybridSystem
     start: Floats = field(metadata=along("state"))
-    time: Floats = field(metadata=along("event"))
+    time: Rising = field(metadata=along("event"))
     status: Codes = field(metadata=along("event"))
     guard: tuple[str, ...] = field(metadata=along("event"))
     modes: tuple[str, ...] = field(metadata=along("flight"))
@@ -79,9 +79,9 @@ class HybridRun(Result):
     end: RunEnd
     reason: str
     _given: GivenSystem = field(repr=False)
-    _y: Floats = field(repr=False)
-    _mode: Codes = field(repr=False)
-    _low: Floats = field(repr=False)
+    _y: Floats = field(metadata=sized("flight", "unknown"), repr=False)
+    _mode: Codes = field(metadata=sized("flight"), repr=False)
+    _low: Floats = field(metadata=sized("event"), repr=False)
 
     def __len__(self) -> int:
         return int(self.time.size)

@@ -32,7 +32,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_count, names_arguments
 from vibroimpact._core.progress import announce_measured, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Amounts, AnyAmount, AnyFloat, AnyFloats, Floats
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
 from vibroimpact.results.result import Result, along
@@ -74,11 +74,11 @@ class LyapunovEstimate(Result):
         The system that moves.
     """
 
-    value: float
-    error: float
-    per_impact: float
-    growth: Floats = field(metadata=along("block"), repr=False)
-    duration: Floats = field(metadata=along("block", quantity="time"), repr=False)
+    value: AnyFloat
+    error: AnyAmount
+    per_impact: AnyFloat
+    growth: AnyFloats = field(metadata=along("block"), repr=False)
+    duration: Amounts = field(metadata=along("block", quantity="time"), repr=False)
     run_end: RunEnd
     earlier: tuple[LyapunovEstimate, ...] = field(default=(), repr=False)
     system: System | None = field(default=None, repr=False)

@@ -35,7 +35,15 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_count, check_memory, names_arguments, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import Announcement, announce_measured, interruptible
-from vibroimpact._core.types import Codes, Floats
+from vibroimpact._core.types import (
+    Amounts,
+    AnyAmount,
+    AnyAmounts,
+    AnyFloat,
+    AnyFloats,
+    Codes,
+    Floats,
+)
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.prescribed import compile_prescribed
@@ -112,15 +120,15 @@ class LyapunovSpectrum(Result):
         The system that moves.
     """
 
-    values: Floats = field(metadata=along("exponent", quantity="rate"))
-    errors: Floats = field(metadata=along("exponent", quantity="rate"))
-    per_impact: Floats = field(metadata=along("exponent"))
-    contraction: float
-    flow: float
-    growth: Floats = field(metadata=along("block", "exponent"), repr=False)
-    duration: Floats = field(metadata=along("block", quantity="time"), repr=False)
-    impacts: Floats = field(metadata=along("block"), repr=False)
-    discarded: float
+    values: AnyFloats = field(metadata=along("exponent", quantity="rate"))
+    errors: AnyAmounts = field(metadata=along("exponent", quantity="rate"))
+    per_impact: AnyFloats = field(metadata=along("exponent"))
+    contraction: AnyFloat
+    flow: AnyFloat
+    growth: AnyFloats = field(metadata=along("block", "exponent"), repr=False)
+    duration: Amounts = field(metadata=along("block", quantity="time"), repr=False)
+    impacts: Amounts = field(metadata=along("block"), repr=False)
+    discarded: AnyAmount
     run_end: RunEnd
     complete: bool = field(repr=False)
     reason: str = field(default="", repr=False)

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibroimpact._core.checks import check_stop_name, real, refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.types import Count
 from vibroimpact.model.mechanism import Mechanism, element_labels
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
@@ -29,7 +30,7 @@ class AtStop:
     """
 
     stop: StopName = "A"
-    contact: int = 0
+    contact: Count = 0
 
     def words(self, _: Mechanism) -> str:
         """Text of the place: "at stop A of contact 0"."""

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vibroimpact._core.checks import check_count, check_memory, names_arguments
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import Announcement, interruptible
-from vibroimpact._core.types import Codes, Floats
+from vibroimpact._core.types import Angles, Codes, Floats, Rising
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import Translations, translations_of
@@ -76,8 +76,8 @@ class Section(Result):
     at: At
     position: Floats = field(metadata=along("point", "coordinate", quantity="length"))
     velocity: Floats = field(metadata=along("point", "coordinate", quantity="velocity"))
-    phase: Floats = field(metadata=along("point", units="rad"))
-    time: Floats = field(metadata=along("point", quantity="time"))
+    phase: Angles = field(metadata=along("point", units="rad"))
+    time: Rising = field(metadata=along("point", quantity="time"))
     end: RunEnd
     last: State = field(repr=False)
     status: Codes | None = field(default=None, metadata=along("point", codes=Status))

@@ -25,7 +25,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import FIRST_PROBE, PROBED, Announcement, expected, interruptible
 from vibroimpact._core.reason import Reason
-from vibroimpact._core.types import Codes, Floats
+from vibroimpact._core.types import Angles, Codes, Floats, Indices, Rising, Sides
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import states_from_code
@@ -38,7 +38,7 @@ from vibroimpact.model.mechanism import (
 from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.results.result import Result, along
+from vibroimpact.results.result import Result, along, sized
 from vibroimpact.simulation.reach import reach_in_words
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
@@ -140,22 +140,22 @@ class Run(Result):
 
     system: System
     start: State
-    time: Floats = field(metadata=along("event", quantity="time"))
+    time: Rising = field(metadata=along("event", quantity="time"))
     status: Codes = field(metadata=along("event", codes=Status))
-    contact: Codes = field(metadata=along("event"))
-    side: Codes = field(metadata=along("event"))
+    contact: Indices = field(metadata=along("event"))
+    side: Sides = field(metadata=along("event"))
     position: Floats = field(metadata=along("event", "coordinate", quantity="length"))
     velocity_before: Floats = field(metadata=along("event", "coordinate", quantity="velocity"))
     velocity_after: Floats = field(metadata=along("event", "coordinate", quantity="velocity"))
-    phase: Floats = field(metadata=along("event", units="rad"))
+    phase: Angles = field(metadata=along("event", units="rad"))
     rate_before: Floats = field(metadata=along("event", quantity="velocity"))
     rate_after: Floats = field(metadata=along("event", quantity="velocity"))
     end: RunEnd
-    limit_side: Codes = field(metadata=along("event"), repr=False)
+    limit_side: Sides = field(metadata=along("event"), repr=False)
     _compiled: Compiled = field(repr=False)
-    _y: Floats = field(repr=False)
-    _mode: Codes = field(repr=False)
-    _low: Floats = field(repr=False)
+    _y: Floats = field(metadata=sized("flight", "unknown"), repr=False)
+    _mode: Codes = field(metadata=sized("flight"), repr=False)
+    _low: Floats = field(metadata=sized("event"), repr=False)
 
     def __len__(self) -> int:
         return int(self.time.size)

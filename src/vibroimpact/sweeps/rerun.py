@@ -22,8 +22,7 @@ from vibroimpact.simulation.places import AtPhase, AtStop
 from vibroimpact.sweeps.analyses.basins import basins
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.plane import multistability, plane
-from vibroimpact.sweeps.observers.observer import Observer
-from vibroimpact.sweeps.observers.table import OBSERVERS
+from vibroimpact.sweeps.observers.selection import described_observers
 from vibroimpact.sweeps.starts import ListedStarts, RandomStarts, Start
 from vibroimpact.sweeps.sweep import sweep
 
@@ -95,7 +94,7 @@ def _arguments(found: xr.Dataset, shared: tuple[str, ...]) -> dict[str, Any]:
     read: dict[str, Callable[[], Any]] = {
         "over": lambda: {name: found[name].values for name in _axes(found)},
         "start": lambda: _start(found),
-        "observe": lambda: _observers(json_of("observe", attrs["observe"])),
+        "observe": lambda: described_observers(json_of("observe", attrs["observe"])),
         "follow": lambda: attrs["follow"] or None,
         "settle_periods": lambda: float(attrs["settle_periods"]),
         "periods": lambda: float(attrs["periods"]),
@@ -106,7 +105,7 @@ def _arguments(found: xr.Dataset, shared: tuple[str, ...]) -> dict[str, Any]:
         raise ValueError(f"{', '.join(sorted(kept))}: is never written down")
     objects: dict[str, Callable[[Any], Any]] = {
         "start": lambda state: State(**state),
-        "observe": _observers,
+        "observe": described_observers,
         "at": lambda at: AtStop(**at) if "stop" in at else AtPhase(**at),
     }
     written = {name: objects.get(name, lambda x: x)(value) for name, value in own.items()}
@@ -152,11 +151,6 @@ def _axes(found: xr.Dataset) -> list[str]:
     described = json_of("start", found.attrs["start"])
     names = {*_swept(found), *(described["over"] if described["kind"] == "grid" else ())}
     return [str(name) for name in found["end"].dims if name in names]
-
-
-def _observers(described: list[dict[str, Any]]) -> list[Observer]:
-    """Observers with their options."""
-    return [OBSERVERS[one.pop("observer")](**one) for one in described]
 
 
 def _start(found: xr.Dataset) -> Start:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibroimpact._core.labels import counted, labelled
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Flags, Floats
+from vibroimpact._core.types import Bounds, Count, Flags, Floats
 from vibroimpact.branches.kinds import NS, PD, SN
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation.curve import End
@@ -53,11 +53,11 @@ class CircleBranch(Result):
     """
 
     parameter: str
-    bounds: tuple[float, float]
+    bounds: Bounds
     circles: tuple[Circle, ...] = field(repr=False)
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     ends: tuple[End, End]
-    start: int
+    start: Count
 
     def __len__(self) -> int:
         return len(self.circles)

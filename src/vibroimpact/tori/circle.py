@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import AnyAmount, Complexes, Floats, Share
 from vibroimpact.compile.prescribed import GAP_WATCH
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
@@ -98,8 +98,8 @@ class Circle(Result):
     value: float
     points: Floats = field(metadata=along("phi", "coordinate"), repr=False)
     times: Floats = field(metadata=along("phi", "flight", quantity="time"), repr=False)
-    rotation_number: float
-    residual: float
+    rotation_number: Share
+    residual: AnyAmount
     status: str
     map: CircleMap = field(repr=False)
 

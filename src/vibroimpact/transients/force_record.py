@@ -28,7 +28,7 @@ from vibroimpact._core.checks import (
 )
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.texts import read_text
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Rising
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.results.result import Result, along
 
@@ -96,7 +96,7 @@ class ForceRecord(Result):
     (1.0, 2.0, 1.0)
     """
 
-    time: Floats = field(metadata=along("time"))
+    time: Rising = field(metadata=along("time"))
     values: Floats = field(metadata=along("time"))
     row: Row | None = None
     kind: Kind = "force"

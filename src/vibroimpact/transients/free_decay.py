@@ -34,7 +34,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import interruptible
-from vibroimpact._core.types import Codes, Floats
+from vibroimpact._core.types import Codes, Floats, Positive, Share
 from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.energy import Energies, energies_of
 from vibroimpact.measures.flights import Flights, Signal, Struck, rows_of
@@ -82,12 +82,12 @@ class FreeDecay(Result):
 
     system: System
     row: str
-    remaining: float
+    remaining: Share
     rest: float
     run: Run = field(repr=False)
     _signal: Signal = field(repr=False)
     _without: Signal | None = field(repr=False)
-    _cycle: float = field(repr=False)
+    _cycle: Positive = field(repr=False)
 
     @property
     def end(self) -> RunEnd:

@@ -36,7 +36,15 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact._core.types import (
+    Amount,
+    Amounts,
+    AnyAmount,
+    AnyAmounts,
+    Counts,
+    Flags,
+    Floats,
+)
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.results.result import Result, along
@@ -78,15 +86,15 @@ class ResponseSpectrum(Result):
     """
 
     record: ForceRecord
-    frequency: Floats = field(metadata=along("frequency"))
+    frequency: Amounts = field(metadata=along("frequency"))
     unit: Unit
-    zeta: float
-    displacement: Floats = field(metadata=along("frequency"))
-    acceleration: Floats = field(metadata=along("frequency"))
-    impacts: Integers = field(metadata=along("frequency"))
-    impulse: Floats = field(metadata=along("frequency"))
+    zeta: Amount
+    displacement: AnyAmounts = field(metadata=along("frequency"))
+    acceleration: AnyAmounts = field(metadata=along("frequency"))
+    impacts: Counts = field(metadata=along("frequency"))
+    impulse: AnyAmounts = field(metadata=along("frequency"))
     complete: Flags = field(metadata=along("frequency"))
-    clearance: float
+    clearance: AnyAmount
 
     @property
     def omega(self) -> Floats:

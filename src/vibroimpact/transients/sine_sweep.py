@@ -24,7 +24,7 @@ from vibroimpact._core.checks import check_choice, check_count, check_kind, posi
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Count, Floats
 from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.model.parameters import with_parameter
@@ -67,7 +67,7 @@ class SineSweep(Result):
     system: System
     band: Band
     row: str
-    periods_per_step: int
+    periods_per_step: Count
     members: xr.Dataset = field(repr=False)
 
     @property

@@ -16,6 +16,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
+from vibroimpact._core.types import AnyFloat
 from vibroimpact.model.elements.element import (
     MOVES,
     Element,
@@ -75,8 +76,8 @@ class RigidStop(Element):
     is_stop = True
 
     row: tuple[float, ...]
-    lower: float = -math.inf
-    upper: float = math.inf
+    lower: AnyFloat = -math.inf
+    upper: AnyFloat = math.inf
     restitution: float | tuple[float, float] = 1.0
     motion: tuple[Harmonic, ...] = ()
     active: bool = False

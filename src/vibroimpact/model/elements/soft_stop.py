@@ -17,6 +17,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import is_infinite
+from vibroimpact._core.types import AnyFloat
 from vibroimpact.model.elements.element import (
     Element,
     Look,
@@ -92,8 +93,8 @@ class SoftStop(Element):
     free = frozenset({SoftStopState.BEHIND_UPPER, SoftStopState.BEHIND_LOWER})
 
     row: tuple[float, ...]
-    lower: float = -math.inf
-    upper: float = math.inf
+    lower: AnyFloat = -math.inf
+    upper: AnyFloat = math.inf
     stiffness: float | tuple[float, float] = 1.0
     damping: float | tuple[float, float] = 0.0
     law: StopLaw = "unilateral"

@@ -14,7 +14,6 @@ Reference   Zarr format 3
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
 import os
@@ -32,7 +31,7 @@ from vibroimpact._core.errors import (
     StoreError,
     warn,
 )
-from vibroimpact._core.files import draft_folder
+from vibroimpact._core.files import draft_folder, only_writer
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.texts import json_of
 from vibroimpact._core.types import Arrays
@@ -80,8 +79,9 @@ class Store:
             if tile.chunk in missing:
                 continue
             try:
-                for array in self.arrays.values():
-                    array[tile.place]
+                for name, array in self.arrays.items():
+                    if not self.schema.variables[name].admits(array[tile.place]):
+                        raise ValueError(f"{name} holds what no sweep returns")
             except Exception as error:
                 reason = shortened(f"{type(error).__name__}: {error}")
                 warn(
@@ -178,7 +178,7 @@ def opened(
     if not path.exists():
         _make(path, schema, tile)
     _check(path, specification)
-    with _alone(path):
+    with only_writer("store", path):
         for partial in path.rglob(PARTIAL):
             partial.unlink(missing_ok=True)  # of a process that was killed
         store = Store(path, schema)
@@ -325,22 +325,6 @@ def _is_as(array: Any, dims: Any, dtype: Any, shape: Any, attrs: dict[str, Any])
         and array.shape == tuple(shape)
         and dict(array.attrs) == kept
     )
-
-
-@contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """Hold the store's lock; it falls with the process, however that ends."""
-    folder = os.open(path, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InvalidParameterError(
-                f"store = {str(path)!r}: another process is writing to it. Wait for it, or end it."
-            ) from None
-        yield
-    finally:
-        os.close(folder)
 
 
 def _zarr(name: str = "store") -> Any:

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.sweeps.observers.observer import (
+    ANY,
     COORDINATE,
     QUANTITIES,
     Observer,
@@ -28,8 +29,13 @@ class Final(Observer):
 
         def of(kind: str) -> Variable:
             return real(
-                kind, f"{kind} at the end", dims=dims, shape=shape, quantity=QUANTITIES[kind]
+                kind,
+                f"{kind} at the end",
+                dims=dims,
+                shape=shape,
+                quantity=QUANTITIES[kind],
+                within=ANY,
             )
 
         states = {f"final_{kind}": of(kind) for kind in ("position", "velocity")}
-        return states | {"final_phase": real("phase", "phase at the end", units="rad")}
+        return states | {"final_phase": real("phase", "phase at the end", units="rad", within=ANY)}

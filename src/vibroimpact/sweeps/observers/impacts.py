@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.observers.observer import Observer, Variables, reals
+from vibroimpact.sweeps.observers.observer import AMOUNT, Observer, Variables, reals
 
 
 @dataclass(frozen=True)
@@ -19,4 +19,4 @@ class Impacts(Observer):
         """``impacts_a``, ``impacts_b``."""
         texts = {f"impacts_{stop.lower()}": f"impacts at stops {stop}" for stop in "AB"}
         per = "forcing period" if mechanism.forces else "unit of time"
-        return reals("per_period", texts, f"per {per}")
+        return reals("per_period", texts, f"per {per}", within=AMOUNT)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.observers.observer import Observer, Variables, reals
+from vibroimpact.sweeps.observers.observer import EXPONENTS, Observer, Variables, reals
 
 
 @dataclass(frozen=True)
@@ -22,4 +22,4 @@ class Lyapunov(Observer):
     def variables(self, mechanism: Mechanism) -> Variables:  # noqa: ARG002
         """``lyapunov``."""
         text = "largest Lyapunov exponent per unit of time"
-        return reals("exponent", {"lyapunov": text}, quantity="rate")
+        return reals("exponent", {"lyapunov": text}, quantity="rate", within=EXPONENTS)

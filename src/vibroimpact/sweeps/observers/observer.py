@@ -22,6 +22,9 @@ from vibroimpact.model.mechanism import Mechanism
 COORDINATE, CONTACT, EXPONENT = "coordinate", "contact", "exponent"  # dimensions
 ELEMENT, PART, STATE = "element", "part", "state"  # parts are contacts, then elements
 QUANTITIES = {"position": "length", "velocity": "velocity", "time": "time"}
+LARGEST = float(np.finfo(float).max)
+FINITE, AMOUNT, EXPONENTS = (-LARGEST, LARGEST), (0.0, LARGEST), (-math.inf, LARGEST)  # ranges
+ANY = (-math.inf, math.inf)  # of a state that may have diverged
 ROWS = "rows"  # the option of observers that can be there several times in one run
 
 KERNEL = _kernel.observers()  # by name: options with their kinds and ranges, tables
@@ -70,6 +73,16 @@ class Variable(NamedTuple):
     # where the kernel puts it
     table: str
     columns: slice = slice(None)
+    within: tuple[float, float] = (
+        FINITE  # least and largest value; where nothing was computed stands the fill
+    )
+
+    def admits(self, values: Any) -> bool:
+        """Whether values are of its type and range, or stand for none."""
+        if values.dtype.kind != self.dtype.kind:
+            return False
+        least, most = self.within
+        return bool(np.all((values >= least) & (values <= most) | (values != values)))
 
 
 Variables = dict[str, Variable]
@@ -106,11 +119,12 @@ def _row(row: Any, label: Any) -> tuple[float, ...]:
 def real(
     table: str, text: str, columns: slice = slice(None), units: str = "",
     dims: tuple[str, ...] = (), shape: tuple[int, ...] = (), quantity: str = "",
+    within: tuple[float, float] = FINITE,
 ) -> Variable:  # fmt: skip
     """Numbers, NaN where nothing was computed."""
     known = {"units": units, "quantity": quantity}
     attrs = {"long_name": text} | {name: said for name, said in known.items() if said}
-    return Variable(dims, shape, np.dtype(float), np.nan, attrs, table, columns)
+    return Variable(dims, shape, np.dtype(float), np.nan, attrs, table, columns, within)
 
 
 def whole(
@@ -119,12 +133,15 @@ def whole(
 ) -> Variable:  # fmt: skip
     """Integers, 0 where nothing was computed, from one column on."""
     attrs, columns = {"long_name": text}, slice(column, column + math.prod(shape))
-    return Variable(dims, shape, np.dtype(dtype), 0, attrs, table, columns)
+    return Variable(dims, shape, np.dtype(dtype), 0, attrs, table, columns, AMOUNT)
 
 
-def reals(table: str, texts: dict[str, str], units: str = "", quantity: str = "") -> Variables:
+def reals(
+    table: str, texts: dict[str, str], units: str = "", quantity: str = "",
+    within: tuple[float, float] = FINITE,
+) -> Variables:  # fmt: skip
     """Real variables, each of one column of the kernel."""
     return {
-        name: real(table, text, slice(i, i + 1), units, quantity=quantity)
+        name: real(table, text, slice(i, i + 1), units, quantity=quantity, within=within)
         for i, (name, text) in enumerate(texts.items())
     }

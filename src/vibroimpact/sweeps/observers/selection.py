@@ -75,6 +75,11 @@ def describe(observers: Sequence[Observer]) -> list[dict[str, Any]]:
     return [{"observer": one.name, **_options(one)} for one in observers]
 
 
+def described_observers(described: list[dict[str, Any]]) -> list[Observer]:
+    """Observers of what :func:`describe` gave."""
+    return [OBSERVERS[one.pop("observer")](**one) for one in described]
+
+
 def _options(observer: Observer) -> dict[str, Any]:
     options = asdict(cast(Any, observer))
     return {name: as_python(value) for name, value in options.items()}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.observers.observer import Observer, Variables, reals
+from vibroimpact.sweeps.observers.observer import AMOUNT, Observer, Variables, reals
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,4 +32,4 @@ class Settling(Observer):
     def variables(self, mechanism: Mechanism) -> Variables:  # noqa: ARG002
         """``settling``."""
         text = "time until the motion stays on its orbit"
-        return reals("time", {"settling": text}, quantity="time")
+        return reals("time", {"settling": text}, quantity="time", within=AMOUNT)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.observers.observer import Observer, Variables, reals, whole
+from vibroimpact.sweeps.observers.observer import AMOUNT, Observer, Variables, reals, whole
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,7 @@ class Shares(Observer):
     def variables(self, mechanism: Mechanism) -> Variables:  # noqa: ARG002
         """``share_at_rest``, ``chatters``, ``grazes``."""
         return {
-            **reals("rest", {"share_at_rest": "share of time at rest on a stop"}),
+            **reals("rest", {"share_at_rest": "share of time at rest on a stop"}, within=AMOUNT),
             "chatters": whole("counts", "completed chatter sequences", 0, "int32"),
             "grazes": whole("counts", "grazing contacts", 1, "int32"),
         }

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism, check_all_have_mass
-from vibroimpact.sweeps.observers.observer import EXPONENT, Observer, Variables, real
+from vibroimpact.sweeps.observers.observer import EXPONENT, EXPONENTS, Observer, Variables, real
 
 
 @dataclass(frozen=True)
@@ -24,5 +24,7 @@ class Spectrum(Observer):
         check_all_have_mass(mechanism)
         count = 2 * mechanism.degrees + len(mechanism.forces) - 1
         text = "Lyapunov exponents per unit of time"
-        found = real("exponents", text, dims=(EXPONENT,), shape=(count,), quantity="rate")
+        found = real(
+            "exponents", text, dims=(EXPONENT,), shape=(count,), quantity="rate", within=EXPONENTS
+        )
         return {"spectrum": found}

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.observers.observer import Observer, Variables, reals
+from vibroimpact.sweeps.observers.observer import AMOUNT, Observer, Variables, reals
 
 
 @dataclass(frozen=True)
@@ -20,4 +20,4 @@ class Speeds(Observer):
         kinds = {"mean": "mean", "rms": "root mean square", "smallest": "smallest"}
         kinds |= {"largest": "largest"}
         texts = {f"speed_{k}": f"{text} impact speed" for k, text in kinds.items()}
-        return reals("statistics", texts, quantity="velocity")
+        return reals("statistics", texts, quantity="velocity", within=AMOUNT)

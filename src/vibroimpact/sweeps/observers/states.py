@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from vibroimpact.compile.piecewise import STATES_PER_ELEMENT
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.observers.observer import ELEMENT, STATE, Observer, Variables, real
+from vibroimpact.sweeps.observers.observer import AMOUNT, ELEMENT, STATE, Observer, Variables, real
 
 
 @dataclass(frozen=True)
@@ -25,5 +25,7 @@ class States(Observer):
     def variables(self, mechanism: Mechanism) -> Variables:
         """``share_in_state`` (..., element, state)."""
         shape = len(mechanism.switching), STATES_PER_ELEMENT
-        share = real("shares", "share of time in state", dims=(ELEMENT, STATE), shape=shape)
+        share = real(
+            "shares", "share of time in state", dims=(ELEMENT, STATE), shape=shape, within=AMOUNT
+        )
         return {"share_in_state": share}
