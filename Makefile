@@ -23,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build reproduce test test-all docs lint format stubs bench clean
+.PHONY: help build reproduce test test-all sanitize docs lint format stubs bench clean
 ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL: # but for what `build` says
 endif
@@ -32,6 +32,7 @@ help:
 	@echo 'make reproduce   build, then redo every figure and number of the paper, into $(OUT)/'
 	@echo 'make test        build, then run the tests, but for the slow ones'
 	@echo 'make test-all    build, then run every test'
+	@echo 'make sanitize    run the tests of the kernel under the sanitizers for addresses and undefined behaviour'
 	@echo 'make docs        build, then write the documentation site into site/'
 	@echo 'make build       make .venv and install the package into it'
 	@echo 'make lint        check format, style and types'
@@ -58,6 +59,21 @@ test test-all: build $(VENV)/.test
 docs: build $(VENV)/.docs
 	@echo '== docs: into site/'
 	@$(BIN)/python tools/site.py $(SITE_ARGS)
+
+# A kernel of its own beside .venv's, for g++; what Python itself does not give back is no fault of it.
+SANITIZED := $(VENV)/sanitized
+SANITIZER := -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g1
+sanitize: build $(VENV)/.test $(SANITIZED)/.made
+	@echo '== sanitize: $(JOBS) processes'
+	@LD_PRELOAD="$$(g++ -print-file-name=libasan.so) $$(g++ -print-file-name=libstdc++.so)" \
+	  ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1 PYTHONPATH=$(SANITIZED) \
+	  $(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m 'not slow' tests/kernel tests/simulation tests/attractors \
+	  tests/orbits/test_units_of_orbits.py $(PYTEST_ARGS)
+
+$(SANITIZED)/.made: $(SOURCES) | $(VENV)/.made
+	@echo '== package: build for the sanitizers (some ten minutes)'
+	@CXX=g++ CXXFLAGS='$(SANITIZER)' $(PIP) --no-deps --upgrade --target $(SANITIZED) .
+	@touch $@
 
 bench: build $(VENV)/.bench
 	@echo '== bench'
