@@ -162,6 +162,11 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     around = ((1.0, 1.21), (4.0, 6.0))
     curve = vi.continue_level(closed, first_speed, PLANE, around, steps=few, both=False)
     torus = torus_of_a_map()
+    touched = vi.normal_forms.Touch(
+        "GR", "p", 0.0, "a stop", vi.normal_forms.ContactLaw.RIGID, acceleration=0.5, opening=1.0,
+        coordinates=("x1", "v1"), linear=np.array([[0.2, 1.0], [0.0, 0.0]]), jump=np.array([0.0, 1.0]),
+        gap=np.array([1.0, 0.0]), rate=np.array([0.0, 1.0]), cross=np.zeros((2, 2)), second=np.zeros(2),
+    )  # fmt: skip
     locked = vi.Tongue(
         torus["2/9_1"], (torus, torus), 0.1
     )  # any two curves: their look is not tested here
@@ -567,6 +572,10 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         ),
         "print_style": (in_print, {"columns": 1}),
         "plot_tongue": (plotting.plot_tongue, {"tongue": locked, "ax": None}),
+        "plot_touch": (
+            plotting.plot_touch,
+            {"form": touched, "bounds": (-0.1, 0.01), "simulated": ([-0.1], [0.1]), "ax": None},
+        ),
         "plot_section": (
             plotting.plot_section,
             {"section": section, "x": "x1", "y": "v1", "drift": False, "ax": None},
@@ -789,7 +798,7 @@ NAMES = [
     "plot_circle_error", "plot_circle_half_width", "plot_circles", "plot_forces", "plot_history",
     "plot_hybrid_run", "plot_hysteresis",
     "plot_mechanism", "plot_multipliers", "plot_phase_portrait", "plot_plane", "plot_section",
-    "plot_tongue", "save",
+    "plot_tongue", "plot_touch", "save",
     *(f"observe.{kind.__name__}" for kind in OBSERVERS.values() if fields(cast(Any, kind))),
     "Objective", "optimise", "Design.plot", "Design.report", "design_map",
     "DesignMap.plot", "pareto_front", "ParetoFront.machine",

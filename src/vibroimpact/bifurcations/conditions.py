@@ -42,6 +42,7 @@ from vibroimpact.branches.family import (
     rests_of,
 )
 from vibroimpact.branches.kinds import Function
+from vibroimpact.branches.touch import Place
 from vibroimpact.compile.modes import code_of
 from vibroimpact.compile.prescribed import FORCE_WATCH, End, Prescribed, compile_prescribed
 from vibroimpact.continuation.newton import equilibrated
@@ -223,10 +224,15 @@ class Graze:
         self._size = plane.sizes[plane.size]  # of a time
 
     def _segment(self, z: Floats, w: Floats) -> tuple[Floats, Floats, list[End]]:
-        k, touch = self.touch.segment, self.touch
+        k, time, end = self.place(w)
         states, _ = self.plane.unpacked(z)
+        return states[k : k + 1], np.array([time]), [end]
+
+    def place(self, w: Floats) -> Place:
+        """Flight, time and guard of the touch."""
+        k, touch = self.touch.segment, self.touch
         end = End(touch.contact, touch.side, self.plane.modes[k], touch.watch)
-        return states[k : k + 1], np.array([float(w[0]) * self._size]), [end]
+        return Place(k, float(w[0]) * self._size, end)
 
     def start(self, _z: Floats, _a: Pair, /) -> Floats:
         """Time of the touch since the start of the flight."""

@@ -43,9 +43,9 @@ from vibroimpact.bifurcations.conditions import (
 )
 from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.bifurcations.tests_along import nothing
+from vibroimpact.bifurcations.tests_along import nothing, on_multipliers
 from vibroimpact.branches.beginning import single_tangent, with_touch, without_impact
-from vibroimpact.branches.kinds import GR, PD, SN, ZERO
+from vibroimpact.branches.kinds import GR, ONE, PD, SN, ZERO
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.verify import CRITICAL_DISTANCE as AT_CRITICAL
 from vibroimpact.continuation.newton import equilibrated
@@ -206,7 +206,23 @@ def touch_condition(
 
 def grazing_contact(_kind: PointKind, at: BifurcationPoint) -> GrazingContact | Refusal:
     """Compute how the curve of a special point at a touch meets the curve of the touch."""
+    return _contact(touching(at))
+
+
+def critical_contact(kind: PointKind, at: BifurcationPoint) -> GrazingContact | Refusal:
+    """Compute how the curve of a touch meets that of the multipliers that are critical at a point of it."""
     point = touching(at)
+    crossed, touched = ONE[kind.label], point.curve
+    condition, _ = on_multipliers(crossed, point.plane)
+    rates = _rates(point.plane, condition, point.z, point.a)
+    point = point._replace(kind=touched, curve=crossed)
+    if rates is None:
+        mu = point.plane.multipliers(point.z, point.a)
+        return _refused(point, f"the curve of {crossed.label} has no single tangent there", mu)
+    return _contact(point._replace(tangent=rates))
+
+
+def _contact(point: Touching) -> GrazingContact | Refusal:
     plane, z, a = point.plane, point.z, point.a
     mu = plane.multipliers(z, a)
     if plane.signature.flights:

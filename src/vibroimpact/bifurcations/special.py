@@ -20,15 +20,31 @@ from vibroimpact._core.labels import numbered
 from vibroimpact._core.types import Complexes
 from vibroimpact.bifurcations.augmented import BOUND, Augmented
 from vibroimpact.bifurcations.conditions import Graze, critical_pair
-from vibroimpact.bifurcations.kinds import CROSSING, TWO, WEAK, with_multipliers
+from vibroimpact.bifurcations.kinds import (
+    AT_TOUCH,
+    CHANGE,
+    CROSSING,
+    RESONANT,
+    TWO,
+    WEAK,
+    with_multipliers,
+)
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
-from vibroimpact.bifurcations.tests_along import CUBIC, CUSP, FLIP, FOLD, RESONANCES
+from vibroimpact.bifurcations.tests_along import (
+    CUBIC,
+    CUSP,
+    FLIP,
+    FOLD,
+    PUSH,
+    RESONANCES,
+    SIDE,
+)
 from vibroimpact.branches.family import CHATTER, EVENT, FLIGHT, REST, SPEED, STICK
 from vibroimpact.branches.grazing import grazings
-from vibroimpact.branches.kinds import GR, kind_of_test
+from vibroimpact.branches.kinds import GR, NS, PD, SN, kind_of_test
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.verify import CRITICAL_DISTANCE
-from vibroimpact.continuation import Curve, Unresolved
+from vibroimpact.continuation import Curve, LocatedPoint, Unresolved
 from vibroimpact.continuation.panel import BRANCH_POINT
 from vibroimpact.continuation.panel import FOLD as TURN
 from vibroimpact.normal_forms.kind import PointKind
@@ -38,6 +54,8 @@ from vibroimpact.orbits.orbit import Orbit
 TOUCH_RATE = 1e-6
 # Kappa, or a multiplier, agrees so well: double ones are known to half of the digits.
 SAME_MULTIPLIER = 1e-4
+OF_TOUCH = {PUSH: RESONANT, SIDE: CHANGE}  # by the test function
+CRITICAL = {FOLD: (SN, 1.0), FLIP: (PD, -1.0)}
 NO_MULTIPLIERS = (SPEED, FLIGHT, STICK, REST, CHATTER, EVENT)  # words of test functions
 
 _Fields = dict[str, Any]  # of a special point; its place is that of a located point
@@ -76,6 +94,10 @@ def _zeros(kind: PointKind, problem: Augmented, curve: Curve) -> Iterator[_Field
             continue
         z, _, a = problem.parts(point.z, point.parameter)
         of_orbit, segment = point.test.partition(" ")[0] in NO_MULTIPLIERS, -1
+        if point.test in OF_TOUCH:
+            if not (point.test == SIDE and _vanishes_too(problem, curve, point)):
+                yield vars(point) | {"record": OF_TOUCH[point.test], **_touched(problem, point)}
+            continue
         if not of_orbit and abs(problem.equations.weight(z, a)) <= TOUCH_RATE:
             continue
         solution = problem.orbit(point.z, point.parameter)
@@ -87,10 +109,26 @@ def _zeros(kind: PointKind, problem: Augmented, curve: Curve) -> Iterator[_Field
         else:
             named = _named(kind, point.test, problem.equations.multipliers(z, a))
         if isinstance(named, PointKind):
-            yield vars(point) | {"record": named, "segment": segment}
+            fields = vars(point) | {"record": named, "segment": segment}
+            yield fields | ({} if of_orbit or kind.critical else _touched(problem, point))
         elif named:
             after = int(np.searchsorted(curve.arclength, point.arclength).clip(1, len(curve) - 1))
             yield Unresolved(point.test, after - 1, after, named)
+
+
+def _touched(problem: Augmented, point: LocatedPoint) -> _Fields:
+    """Stop that is touched all along a curve of touches, at a point of it."""
+    condition = problem.condition
+    if isinstance(condition, Graze):
+        place = condition.place(problem.parts(point.z, point.parameter)[1])
+        return {"nearest": condition.touch._replace(gap=0.0, time=place.time)}
+    return {"segment": getattr(condition, "segment", -1)}
+
+
+def _vanishes_too(problem: Augmented, curve: Curve, point: LocatedPoint) -> bool:
+    """Whether an impact does not move the gap there, of which the change of side is a consequence."""
+    value = problem.watch(point.z, point.parameter)[PUSH]
+    return abs(value) <= TOUCH_RATE * float(np.nanmax(np.abs(curve.tests[PUSH])))
 
 
 def _of_orbit(problem: Augmented, name: str) -> tuple[PointKind, int]:
@@ -104,6 +142,8 @@ def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
     """Kind of a zero, or the reason why it is none of a curve; empty where it is no bifurcation."""
     if name == BRANCH_POINT:
         return CROSSING
+    if not kind.critical:
+        return _on_touch(name, mu)
     (critical,) = kind.critical
     if critical is None:
         return _on_torus(name, mu)
@@ -120,6 +160,17 @@ def _named(kind: PointKind, name: str, mu: Complexes) -> PointKind | str:
     if abs(rest[i] * rest[j] - 1.0) > CRITICAL_DISTANCE:
         return f"no pair has the product 1 there: nearest {rest[i]:.6g}, {rest[j]:.6g}"
     return with_multipliers(critical, None) if rest[i].imag else ""
+
+
+def _on_touch(name: str, mu: Complexes) -> PointKind | str:
+    """Kind of a zero along a touch: a fold, a flip, or a pair that is not real."""
+    if name in CRITICAL:
+        critical, value = CRITICAL[name]
+        return AT_TOUCH[critical.label] if _near(mu, value) else f"no multiplier is {value:g} there"
+    i, j = critical_pair(mu)
+    if abs(mu[i] * mu[j] - 1.0) > CRITICAL_DISTANCE:
+        return f"no pair has the product 1 there: nearest {mu[i]:.6g}, {mu[j]:.6g}"
+    return AT_TOUCH[NS.label] if mu[i].imag else ""
 
 
 def _on_torus(name: str, mu: Complexes) -> PointKind | str:

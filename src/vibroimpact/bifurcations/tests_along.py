@@ -11,6 +11,11 @@ Method      with L, E of equations.py, scaled, v the null vector of L(mu), W' th
                  fold   det L(1)         flip   det L(-1), both also zero at R1 or R2            (6)
                  others product of 1 - mu_i mu_j over all other pairs                            (7)
                  cubic  the real part of d, undefined on neutral saddles                         (8)
+            GR   fold   det L(1)         flip   det L(-1)         pair   tau                     (9)
+            GR, ZERO of a rigid stop, with C, L of the touch, w the speeds after an impulse (normal_forms/touch.py):
+                 push   C L w: an impact does not move the gap a turn later                     (10)
+                 side   kappa of w, whose sign is the side on which the orbit with the impact begins, times
+                        D / (1 + D^2)^(1/2), D = det(I - L), which takes its pole away          (11)
 """
 
 from __future__ import annotations
@@ -25,6 +30,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.bifurcations.augmented import Tests
 from vibroimpact.bifurcations.conditions import (
     OF_TESTS,
+    ClosingRate,
     Condition,
     CriticalMultiplier,
     CriticalPair,
@@ -35,6 +41,8 @@ from vibroimpact.bifurcations.conditions import (
 from vibroimpact.bifurcations.equations import Equations, Pair
 from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.branches.family import EVENT
+from vibroimpact.branches.touch import Place, touched_map
+from vibroimpact.compile.prescribed import GAP_WATCH
 from vibroimpact.normal_forms.codimension_one import NS, PD
 from vibroimpact.normal_forms.codimension_two import TWO
 from vibroimpact.normal_forms.critical import Refusal
@@ -46,6 +54,7 @@ from vibroimpact.normal_forms.resonance import HIGHEST_DENOMINATOR
 from vibroimpact.orbits.admissibility import Nearest
 
 CUSP, FLIP, FOLD, PAIR, CUBIC, OTHERS = "cusp", "flip", "fold", "pair", "cubic", "others"
+PUSH, SIDE = "push", "side"
 
 
 def _fractions() -> dict[str, float]:
@@ -144,6 +153,36 @@ class AtPair:
         return found.d.real if isinstance(found, NeimarkSacker) else math.nan
 
 
+class AtTouch:
+    """Test functions of curves of touches of a stop: (9) to (11)."""
+
+    def __init__(self, plane: OrbitPlane, condition: Graze | ClosingRate) -> None:
+        self.plane, self.condition = plane, condition
+        self._pair, self._multiplier = CriticalPair(plane), CriticalMultiplier(plane, 1.0)
+
+    def __call__(self, z: Floats, w: Floats, a: Pair) -> Mapping[str, float]:
+        """Values of the test functions; NaN where there is no orbit."""
+        tests, place = {}, self._place(z, w)
+        if isinstance(self.condition, Graze):
+            tests = {PAIR: self._pair.tau(z, a)}
+            for name, multiplier in ((FOLD, 1.0), (FLIP, -1.0)):
+                tests[name] = float(np.linalg.det(self._multiplier.matrix(z, a, multiplier)))
+        if place.end.watch != GAP_WATCH:
+            return tests
+        orbit = self.plane.solution(z, a)
+        if not orbit.converged:
+            return tests | dict.fromkeys((PUSH, SIDE), math.nan)
+        push, side = touched_map(orbit, place).conditions()
+        return tests | {PUSH: push, SIDE: side}
+
+    def _place(self, z: Floats, w: Floats) -> Place:
+        """Where the orbit touches."""
+        if isinstance(self.condition, Graze):
+            return self.condition.place(w)
+        k = self.condition.segment
+        return Place(k, float(self.plane.unpacked(z)[1][k]), self.plane.ends[k])
+
+
 def on_multipliers(kind: PointKind, equations: Equations) -> tuple[Condition, Tests]:
     """Condition and test functions of a smooth kind of codimension one."""
     (critical,) = kind.critical
@@ -164,5 +203,10 @@ def condition_of(
         return Level(plane, kind.function, 0.0, f"{EVENT} {kind.label}"), nothing
     if kind.test in OF_TESTS and segment >= 0:
         condition: Condition = OF_TESTS[kind.test](plane, segment)
+        if isinstance(condition, ClosingRate) and plane.mechanism.forces:
+            return condition, AtTouch(plane, condition)
         return condition, nothing
-    return (Graze(plane, touch), nothing) if touch and not kind.test else None
+    if not touch or kind.test:
+        return None
+    graze = Graze(plane, touch)
+    return graze, AtTouch(plane, graze) if plane.mechanism.forces else nothing

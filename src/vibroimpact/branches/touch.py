@@ -3,6 +3,10 @@
 Method      h is the gap of the stop that is touched, r its row by the positions, a = h'' > 0, M the mass matrix. A
             motion that would pass the stop by delta changes at once, to leading order, by (theory.md, "At a touch")
                 rigid, restitution R       (1 + R) v (2 a delta)^(1/2),  v = M^-1 r' / (r M^-1 r')          (1)
+                and in the next order, with A the rates of the flight, h1 and h2 the derivatives of h' and h'' by the
+                state, j the third one of h by time, y = delta^(1/2)
+                    (1 + R) y ((2 / a)^(1/2) [(h1 xi) A v + (h2 - (j / a) h1) xi v / 2]
+                    + y [2 A v - (2 j / 3 a) v])                                                         (1a)
                 spring k                   (4/3) (2 / a)^(1/2) k w delta^(3/2),  w = M^-1 r'                (2)
                 and a dashpot c that acts until the gap opens: w k -> w k + c A w, A the rates of the flight   (3)
                 and a dashpot c that never pulls: c w delta; if it is limited by the spring, (2)            (4)
@@ -13,7 +17,7 @@ Method      h is the gap of the stop that is touched, r its row by the positions
 Assumes     forcing, and a stop that is touched from outside
 Accuracy    that of the derivatives
 Fails       a Refusal with a sentence
-Reference   theory.md, "At a touch"
+Reference   theory.md, (T57b) to (T57f)
 """
 
 from __future__ import annotations
@@ -28,24 +32,81 @@ from vibroimpact.branches.grazing import belongs_to_impact
 from vibroimpact.branches.point import TOUCH_RELATIVE, BifurcationPoint
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import GAP_WATCH, End, Prescribed
-from vibroimpact.model.elements.soft_stop import SoftStop
+from vibroimpact.model.elements.element import Element
+from vibroimpact.model.elements.rigid_stop import RigidStop
+from vibroimpact.model.elements.soft_stop import SoftStop, SoftStopState
 from vibroimpact.model.mechanism import Mechanism, accelerations
 from vibroimpact.model.stop import Stop
 from vibroimpact.normal_forms.critical import HALF_OF_THE_DIGITS, Refusal, Status
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.normal_forms.touch import ContactLaw, Touch
-from vibroimpact.orbits.maps import map_from
+from vibroimpact.orbits.maps import SegmentMap, map_from
 from vibroimpact.orbits.orbit import Orbit
 
 SINGULAR = 1e-9  # I - L is singular below this least singular value, relative to the largest
 
 
-class _Place(NamedTuple):
-    """Where an orbit touches: the end of a part of a flight."""
+class Place(NamedTuple):
+    """Where an orbit touches: a time after the start of a flight, and the guard."""
 
     segment: int
     time: float
     end: End
+
+
+class TouchedMap(NamedTuple):
+    """Map of an orbit from the phase of its touch, and the gap there."""
+
+    solved: SegmentMap
+    linear: Floats  # L
+    gap: Floats  # C over (x, v, theta)
+    by_parameter: float  # h_p
+    acceleration: float  # a
+    push: Floats  # over (x, v, theta): speeds that a unit impulse gives, M^-1 r'
+    lift: float  # r M^-1 r'
+
+    @property
+    def kept(self) -> list[int]:
+        """Entries of (x, v, theta) that are coordinates of the map."""
+        return list(self.solved.kept_in)
+
+    def conditions(self) -> tuple[float, float]:
+        """gamma_1 and kappa_1 of a unit impulse, the latter times D / (1 + D^2)^(1/2), D = det(I - L): no pole."""
+        moved, gap = self.linear @ self.push[self.kept], self.gap[self.kept]
+        off = np.eye(len(moved)) - self.linear
+        bordered = np.block([[off, moved[:, None]], [gap[None], np.zeros((1, 1))]])
+        whole = math.hypot(1.0, float(np.linalg.det(off)))
+        return float(gap @ moved), -float(np.linalg.det(bordered)) / whole
+
+
+def touched_map(orbit: Orbit, place: Place, parameter: str = "") -> TouchedMap:
+    """Map from a touch of an orbit. Cost: d first derivatives of the map."""
+    solved, end = map_from(orbit, place.segment, place.time, parameter), place.end
+    compiled = solved.compiled
+    state = compiled.after(orbit.states[place.segment], place.time, end.mode)
+    here, at_once = state[None, :], np.zeros(1)
+    in_time = np.zeros((1, compiled.size + 1))
+    in_time[0, -1] = 1.0
+    by = -end.side * compiled.linearise(here, at_once, [end]).gap_by[0]
+    second = compiled.second(here, at_once, [end], in_time)[1][0, compiled.size]
+    mechanism = compiled.mechanism
+    row = -end.side * np.array(element_at(mechanism, end).row)
+    lift, n = accelerations(mechanism, row), compiled.degrees
+    push = np.zeros(compiled.size)
+    push[n : 2 * n] = lift
+    return TouchedMap(
+        solved, solved.jacobian(), by[: compiled.size], float(by[-1]), -end.side * float(second), push,
+        float(row @ lift),
+    )  # fmt: skip
+
+
+def element_at(m: Mechanism, end: End) -> Element:
+    """Element whose guard ends a flight."""
+    rigid = m.rigid_stops
+    found: Element = (
+        rigid[end.contact] if end.contact < len(rigid) else m.switching[end.contact - len(rigid)]
+    )
+    return found
 
 
 def touch(kind: PointKind, point: BifurcationPoint) -> Touch | Refusal:
@@ -57,46 +118,45 @@ def touch(kind: PointKind, point: BifurcationPoint) -> Touch | Refusal:
     place = _place(point)
     if isinstance(place, str):
         return _refused(kind, place, orbit)
-    mechanism = orbit.problem.mechanism
-    if not mechanism.forces:
+    if not orbit.problem.mechanism.forces:
         return _refused(kind, "without forcing the touch has no phase of its own", orbit)
-    if why := _another(point):
+    if why := _another(point) or why_no_law(orbit.problem.mechanism, place.end):
         return _refused(kind, why, orbit)
-    solved = map_from(orbit, place.segment, place.time, point.name)
-    kept, compiled = list(solved.kept_in), solved.compiled
-    state = _touching_state(compiled, orbit, place)
-    gap, by_parameter, acceleration = _gap(compiled, state, place.end)
-    law = jump_at(compiled, mechanism, place.end, acceleration)
-    if isinstance(law, str):
-        return _refused(kind, law, orbit)
-    L = solved.jacobian()
-    direction = np.zeros(len(kept) + 1)
+    at = touched_map(orbit, place, point.name)
+    if not at.acceleration > 0.0:
+        why = f"the gap has no minimum there (its acceleration is {at.acceleration:.6g})"
+        return _refused(kind, why, orbit, Status.DEGENERATE)
+    law, jump = jump_at(at, place.end)
+    direction = np.zeros(len(at.kept) + 1)
     direction[-1] = 1.0
-    off = np.eye(len(L)) - L
+    off = np.eye(len(at.linear)) - at.linear
     values = np.linalg.svd(off, compute_uv=False)
-    if not (np.all(np.isfinite(L)) and values[-1] > SINGULAR * values[0]):
+    if not (np.all(np.isfinite(off)) and values[-1] > SINGULAR * values[0]):
         why = "1 is a multiplier of the touching orbit: a fold at the touch, of codimension two"
         return _refused(kind, why, orbit, Status.OTHERS_CRITICAL)
-    moved = np.linalg.solve(off, solved.derivative(direction))
-    parts = gap[kept] * moved
-    opening = float(parts.sum()) + by_parameter  # (5)
-    size = float(np.abs(parts).sum()) + abs(by_parameter)
+    parts = at.gap[at.kept] * np.linalg.solve(off, at.solved.derivative(direction))
+    opening = float(parts.sum()) + at.by_parameter  # (5)
+    size = float(np.abs(parts).sum()) + abs(at.by_parameter)
     if not abs(opening) > HALF_OF_THE_DIGITS * size:
         why = f"{point.name} does not move the touching orbit across the stop"
         return _refused(kind, why, orbit, Status.NOT_TRANSVERSAL)
-    names = [f"{letter}{i + 1}" for letter in "xv" for i in range(compiled.degrees)]
+    rate, cross, second = _next_terms(at, place, orbit, rigid=law is ContactLaw.RIGID)
+    names = [f"{letter}{i + 1}" for letter in "xv" for i in range(at.solved.compiled.degrees)]
     return Touch(
         kind=kind.label,
         parameter=point.name,
         at=point.parameters[point.name],
         stop=Stop(place.end.contact, place.end.side).words,
-        law=law[0],
-        acceleration=acceleration,
+        law=law,
+        acceleration=at.acceleration,
         opening=opening,
-        coordinates=tuple(names[i] for i in kept),
-        linear=L,
-        jump=law[1][kept],
-        gap=gap[kept],
+        coordinates=tuple(names[i] for i in at.kept),
+        linear=at.linear,
+        jump=jump[at.kept],
+        gap=at.gap[at.kept],
+        rate=rate[at.kept],
+        cross=cross[np.ix_(at.kept, at.kept)],
+        second=second[at.kept],
     )
 
 
@@ -107,16 +167,16 @@ def _refused(
     return Refusal(kind.label, status, f"{kind.label}: {why}.", multipliers)
 
 
-def _place(point: BifurcationPoint) -> _Place | str:
+def _place(point: BifurcationPoint) -> Place | str:
     """Flight, time and guard of a touch; or why there is none that has a normal form."""
     problem, near = point.orbit.problem, point.nearest
     if near is not None:
         end = End(near.contact, near.side, problem.modes[near.segment], near.watch)
-        return _Place(near.segment, near.time, end)
+        return Place(near.segment, near.time, end)
     end = problem.ends[point.segment]
     if end.watch != GAP_WATCH:
         return "the touch of an element from within has no normal form here"
-    return _Place(point.segment, float(point.orbit.durations[point.segment]), end)
+    return Place(point.segment, float(point.orbit.durations[point.segment]), end)
 
 
 def _another(point: BifurcationPoint) -> str:
@@ -136,55 +196,67 @@ def _another(point: BifurcationPoint) -> str:
     return ""
 
 
-def _touching_state(compiled: Prescribed, orbit: Orbit, place: _Place) -> Floats:
-    """(x, v, theta) at the touch."""
-    return compiled.after(orbit.states[place.segment], place.time, place.end.mode)
-
-
-def _gap(compiled: Prescribed, state: Floats, end: End) -> tuple[Floats, float, float]:
-    """Derivatives of the gap by (x, v, theta) and by the parameter, and its acceleration, at the touch."""
-    here, at_once = state[None, :], np.zeros(1)
-    parts = compiled.linearise(here, at_once, [end])
-    in_time = np.zeros((1, compiled.size + 1))
-    in_time[0, -1] = 1.0
-    second = compiled.second(here, at_once, [end], in_time)[1][0, compiled.size]
-    by = -end.side * parts.gap_by[0]
-    return by[: compiled.size], float(by[-1]), -end.side * float(second)
-
-
-def jump_at(
-    compiled: Prescribed, m: Mechanism, end: End, acceleration: float
-) -> tuple[ContactLaw, Floats] | str:
-    """Law of a stop, and E over (x, v, theta); or why there is none."""
-    if not acceleration > 0.0:
-        return f"the gap has no minimum there (its acceleration is {acceleration:.6g})"
-    rigid, n = m.rigid_stops, compiled.degrees
-    contact = (
-        rigid[end.contact] if end.watch == GAP_WATCH else m.switching[end.contact - len(rigid)]
-    )
-    row = -end.side * np.array(contact.row)
-    lift = accelerations(m, row)
-    pushed = np.zeros(compiled.size)
-    if any(row[i] for i in m.massless):
-        return "the stop is touched by a coordinate without mass"
-    if end.watch == GAP_WATCH:
-        restitution = Stop(end.contact, end.side).restitution(rigid)
-        pushed[n : 2 * n] = lift / (row @ lift)
-        return ContactLaw.RIGID, (1.0 + restitution) * math.sqrt(2.0 * acceleration) * pushed  # (1)
-    if not isinstance(contact, SoftStop):
+def why_no_law(m: Mechanism, end: End) -> str:
+    """Reason why the touch of a guard has no law here; "" where it has one."""
+    element = element_at(m, end)
+    if not isinstance(element, RigidStop | SoftStop):
         return "what is touched is no stop: of friction and switches no normal form is known here"
-    state = states_from_code(end.mode, len(rigid), len(m.switching))[end.contact - len(rigid)]
-    if state:
-        return "the soft stop is touched from within"
-    pushed[n : 2 * n] = lift
-    spring = contact.spring_at(end.side)
-    share = 4.0 / 3.0 * math.sqrt(2.0 / acceleration)
-    if spring.damping and contact.law == "unilateral":
-        return ContactLaw.PRESSING, spring.damping * pushed  # (4)
-    if spring.damping and contact.law == "linear":
-        moved = spring.stiffness * pushed + spring.damping * _rates(compiled, end.mode, pushed)
-        return ContactLaw.PULLING, share * moved  # (3)
-    return ContactLaw.SPRING, share * spring.stiffness * pushed  # (2)
+    if any(element.row[i] for i in m.massless):
+        return "the stop is touched by a coordinate without mass"
+    rigid = len(m.rigid_stops)
+    states = states_from_code(end.mode, rigid, len(m.switching))
+    inside = end.contact >= rigid and states[end.contact - rigid] != SoftStopState.OPEN
+    return "the soft stop is touched from within" if inside else ""
+
+
+def jump_at(at: TouchedMap, end: End) -> tuple[ContactLaw, Floats]:
+    """Law of a stop that is touched from outside, and E over (x, v, theta)."""
+    m, a = at.solved.compiled.mechanism, at.acceleration
+    element = element_at(m, end)
+    if not isinstance(element, SoftStop):
+        restitution = Stop(end.contact, end.side).restitution(m.rigid_stops)
+        return ContactLaw.RIGID, (1.0 + restitution) * math.sqrt(2.0 * a) * at.push / at.lift  # (1)
+    spring = element.spring_at(end.side)
+    share = 4.0 / 3.0 * math.sqrt(2.0 / a)
+    if spring.damping and element.law == "unilateral":
+        return ContactLaw.PRESSING, spring.damping * at.push  # (4)
+    if spring.damping and element.law == "linear":
+        rates = _rates(at.solved.compiled, end.mode, at.push)
+        return ContactLaw.PULLING, share * (
+            spring.stiffness * at.push + spring.damping * rates
+        )  # (3)
+    return ContactLaw.SPRING, share * spring.stiffness * at.push  # (2)
+
+
+def _next_terms(
+    at: TouchedMap, place: Place, orbit: Orbit, *, rigid: bool
+) -> tuple[Floats, Floats, Floats]:
+    """Derivatives of h' over (x, v, theta), and G and H of (1a), zero for soft stops."""
+    compiled, end, a = at.solved.compiled, place.end, at.acceleration
+    mode = compiled.modes[end.mode]
+    state = compiled.after(orbit.states[place.segment], place.time, end.mode)
+    moved = mode.b @ compiled.embedded(state[:-1], state[-1]) + mode.constant
+    first = -end.side * compiled.guard(end).row @ mode.b
+    jerk = float(first @ mode.b @ moved)
+    rate, bend = (_over_state(compiled, row) for row in (first, first @ mode.b))
+    size = compiled.size
+    if not rigid:
+        return rate, np.zeros((size, size)), np.zeros(size)
+    m = compiled.mechanism
+    kept = 1.0 + Stop(end.contact, end.side).restitution(m.rigid_stops)
+    v = at.push / at.lift
+    turned = _rates(compiled, end.mode, v)
+    cross = np.outer(turned, rate) + np.outer(v, bend - rate * (jerk / a)) / 2.0
+    cross *= kept * math.sqrt(2.0 / a)
+    second = kept * (2.0 * turned - 2.0 * jerk / (3.0 * a) * v)
+    return rate, cross, second
+
+
+def _over_state(compiled: Prescribed, row: Floats) -> Floats:
+    """A row over y as one over (x, v, theta), at a fixed phase."""
+    n, out = compiled.degrees, np.zeros(compiled.size)
+    out[:n], out[n : 2 * n] = row[0 : 2 * n : 2], row[1 : 2 * n : 2] / compiled.scale
+    return out
 
 
 def _rates(compiled: Prescribed, mode: int, change: Floats) -> Floats:

@@ -20,14 +20,19 @@ from vibroimpact.normal_forms import (
     Flip,
     NeimarkSacker,
     Refusal,
+    Scenario,
+    Touch,
     centre_manifold,
     resonances,
 )
+from vibroimpact.normal_forms.touch import SQUARE_ROOT
 from vibroimpact.orbits.maps import SegmentMap, solved_map
 
 EXAMPLE = "  vibroimpact normal-form impact-damper/A --bounds omega=0.9:1.2 --at NS1"
 COEFFICIENTS = ("nu", "a", "b", "c", "d", "e", "twist", "f1", "multiplier_slopes")
 OF_FORM = (*COEFFICIENTS[1:], "pitchfork", "supercritical", "attracting", "side", "warnings")
+TURNS_TOLD = 6  # windows of period adding are told up to one impact in so many turns
+WINDOWED = (Scenario.OVERLAPPING, Scenario.ADDING)
 BORN = {
     "NS": "a circle", "PD": "an orbit of twice the period", "SN": "two orbits",
     "BP": "two orbits, mirror images of each other",
@@ -42,7 +47,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--at", required=True, metavar="POINT",
         help="a special point of the branch, or of the last one that was switched to: NS1, PD1, "
-        "SN1, BP1, ...",
+        "SN1, BP1, GR1, ...",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the numbers as JSON")
 
@@ -55,6 +60,13 @@ def run(arguments: argparse.Namespace) -> Done:
         raise common.Failure(
             f"{point.label} at {point.name} = {point.parameter:.12g}: {form.reason}"
         )
+    if isinstance(form, Touch):
+        told = (
+            [json.dumps(_of_touch(point, form), indent=2)]
+            if arguments.json
+            else _about(point, form)
+        )
+        return Done([*told], form)
     facts = _facts(point, form)
     return Done([json.dumps(facts, indent=2)] if arguments.json else [point, *_words(facts)])
 
@@ -111,6 +123,51 @@ def _of_circle(form: NeimarkSacker, solved: SegmentMap) -> Facts:
         },
         "trusted_below_radius": trusted if math.isfinite(trusted) else None,
     }
+
+
+def _of_touch(point: BifurcationPoint, form: Touch) -> Facts:
+    """What the form at a touch says; sizes of speeds are those of impacts."""
+    rigid = form.power == SQUARE_ROOT
+    windows = form.windows(TURNS_TOLD) if rigid else ()
+    return {
+        "point": point.label,
+        "kind": point.kind,
+        "parameter": point.name,
+        "value": point.parameter,
+        "error": point.error,
+        "orbit": point.orbit.symbol,
+        "admissible": point.admissible,
+        "map": "half map" if point.orbit.symmetric else "full map",
+        "stop": form.stop,
+        "law": form.law.value,
+        "coordinates": list(form.coordinates),
+        "multipliers": [_plain(value) for value in form.multipliers],
+        **{name: _plain(value) for name, value in form.numbers.items()},
+        "scenario": form.scenario.name,
+        "meaning": form.meaning,
+        "linear": form.linear.tolist(),
+        "jump": form.jump.tolist(),
+        "gap": form.gap.tolist(),
+        "added": form.added()._asdict(),
+        "windows": [{name: _finite(x) for name, x in w._asdict().items()} for w in windows],
+    }
+
+
+def _finite(value: Any) -> Any:
+    """A value of JSON, which has no infinity."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _about(point: BifurcationPoint, form: Touch) -> Iterator[Any]:
+    """The point, the coefficients, what follows, and the windows of period adding."""
+    yield point
+    yield f"{point.orbit.symbol} orbit, {form.stop}, {form.law.value}, in {', '.join(form.coordinates)}"
+    yield ", ".join(f"{name} = {_text(value)}" for name, value in form.numbers.items())
+    yield f"multipliers {_text([_plain(value) for value in form.multipliers])}"
+    yield from form.meaning.split("; ")
+    for w in form.windows(TURNS_TOLD) if form.scenario in WINDOWED else ():
+        ends = ", ".join(end for end in (w.slow_end, w.fast_end) if end)
+        yield f"one impact in {w.turns}: {point.name} - {point.parameter:.9g} from {w.low:.6g} to {w.high:.6g} ({ends})"
 
 
 def _coordinates(solved: SegmentMap) -> list[str]:

@@ -6,12 +6,17 @@ Method      In the section of a fixed phase through the touch, with xi the dista
             delta is how far the motion that ignores the stop would pass it, E delta^q the leading term of the
             zero-time discontinuity mapping (theory.md, "At a touch"): q = 1/2 of a rigid stop, 3/2 of a spring, 1 of a
             dashpot that acts at once and never pulls. At the touch positions do not jump: C E = 0.
+            Of a rigid stop y = delta^(1/2) and xi are of one size, and the next terms are kept too: with r the
+            derivatives of h' and a = h''
+                xi -> L (xi + E y + y G xi + y^2 H),   y^2 = -C xi - opening dp + (r xi)^2 / (2 a)      (1a)
             gamma_k = C L^k E says how far an impact opens the gap k turns later; with
                 kappa_n = C (I - L^n)^-1 L^n E                                                          (2)
-            an orbit with one impact in n turns has  delta + kappa_n delta^q + opening dp = 0,          (3)
-            its multipliers are those of  L^n (I - q delta^(q - 1) E C).                                (4)
-            q = 1/2, with y = delta^(1/2): the gap at its turn k is (C L^k (I - L^n)^-1 E - kappa_n) y - y^2. As y
-            -> 0 a multiplier grows as -gamma_n / (2 y).                                                (5)
+            an orbit with one impact in n turns has, to leading order,
+                delta + kappa_n delta^q + opening dp = 0,                                               (3)
+            and multipliers of  L^n (I - q delta^(q - 1) E C). Of a rigid stop they are a curve over y by (1a), where
+            xi is the solution of linear equations                                                      (4)
+            q = 1/2, y -> 0: the gap at its turn k is (C L^k (I - L^n)^-1 E - kappa_n) y, a multiplier grows as
+            -gamma_n / (2 y).                                                                           (5)
             The touching orbit attracts at dp = 0 if and only if all gamma_k > 0: an impact y then lets no later one
             come before xi has shrunk; else the first gamma_k < 0 makes the next impact (|gamma_k| y)^(1/2), which is
             larger, and so on.                                                                          (6)
@@ -21,13 +26,13 @@ Method      In the section of a fixed phase through the touch, with xi the dista
             from a period doubling to where another turn touches; dp scales with nu^2 from n to n + 1. The intervals
             exist for nu < 2/3 and overlap for nu < 1/4.                                                (8)
 Assumes     one touch, with acceleration a > 0; 1 is no multiplier of L, opening != 0
-Accuracy    (1) leaves out terms of the relative order delta^(1/2). (7) is the limit dp -> 0; ``window`` solves (3) to
-            (5) with the whole of L
+Accuracy    (1) leaves out terms of the relative order delta^(1/2), (1a) those of relative order delta; but of other
+            impacts of the orbit the quadratic terms, too. (7) is the limit dp -> 0, ``window`` uses (4)
 Fails       ``Touch.scenario`` says UNDECIDED where a gamma_k is zero within rounding
 Reference   Nordmark, J. Sound Vib. 145 (1991) 279, and Phys. Rev. E 55 (1997) 266; Chin, Ott, Nusse, Grebogi, Phys.
             Rev. E 50 (1994) 4427; Fredriksson, Nordmark, Proc. R. Soc. A 453 (1997) 1261; di Bernardo, Budd,
-            Champneys, Kowalczyk, Piecewise-smooth Dynamical Systems (2008), chapters 6 and 7. (6) to (8) are derived
-            in theory.md
+            Champneys, Kowalczyk, Piecewise-smooth Dynamical Systems (2008), chapters 6 and 7. (1a) and (6) to (8) are
+            derived in theory.md, (T57c) to (T57h)
 """
 
 from __future__ import annotations
@@ -43,10 +48,12 @@ from numpy.typing import ArrayLike
 
 from vibroimpact._core.checks import check_count, numbers, real
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import Complexes, Flags, Floats
+from vibroimpact.normal_forms.codimension_one import NS, PD, SN
 from vibroimpact.normal_forms.critical import HALF_OF_THE_DIGITS
 from vibroimpact.results.result import Result, along
 
+SQUARE_ROOT = 0.5  # power of the depth at a rigid stop
 OVERLAP_BELOW = 1.0 / 4.0  # windows of period adding overlap for a leading multiplier below (8)
 ADDING_BELOW = 2.0 / 3.0  # and exist below this one
 # The sign of gamma_k is looked at until all but the leading multiplier have fallen below this share of it.
@@ -55,8 +62,10 @@ MOST_TURNS = 10_000  # and no further
 # The leading multiplier is single where the next modulus is smaller by this share.
 SINGLE_SHARE = 1e-6
 # Stability of an orbit with one impact is looked for at so many speeds, down to this share of the largest.
-SPEEDS_LOOKED_AT = 200
-LEAST_SHARE_OF_SPEED = 1e-3
+SPEEDS_LOOKED_AT = 300
+LEAST_SHARE_OF_SPEED = 1e-4
+# (1a) is used while y |G| is smaller.
+LARGEST_CORRECTION = 1.0
 
 
 class ContactLaw(StrEnum):
@@ -106,10 +115,18 @@ class Window(NamedTuple):
     turns: int
     low: float  # of dp
     high: float
-    # what ends it on the side of the slower and of the faster impacts: "PD", "SN", "NS", "GR" where another turn
-    # touches, "" where the leading terms name no end
+    # what ends it on the side of the slower and of the faster impacts: the label of a bifurcation, "touch" where
+    # another turn touches, "" where the expansion ends
     slow_end: str
     fast_end: str
+
+
+class _Struck(NamedTuple):
+    """Orbit with one impact in n turns."""
+
+    dp: float
+    room: float  # least gap at its other turns
+    jacobian: Floats
 
 
 class Added(NamedTuple):
@@ -152,6 +169,10 @@ class Touch(Result):
         E, shape (d,): a depth delta changes the state by E delta^q at once, to leading order.
     gap
         C, derivatives of the gap by the coordinates, shape (d,).
+    rate
+        r, those of its rate, shape (d,).
+    cross, second
+        G, shape (d, d), and H, shape (d,), of (1a) for a rigid stop; zero for a soft one.
     multipliers
         Those of L, largest modulus first, shape (d,).
 
@@ -163,7 +184,8 @@ class Touch(Result):
     >>> from vibroimpact.normal_forms import ContactLaw, Touch
     >>> form = Touch("GR", "p", 0.0, "a stop", ContactLaw.RIGID, acceleration=0.5, opening=-1.0,
     ...              coordinates=("x1", "v1"), linear=np.array([[0.2, 1.0], [0.0, 0.0]]),
-    ...              jump=np.array([0.0, 1.0]), gap=np.array([1.0, 0.0]))
+    ...              jump=np.array([0.0, 1.0]), gap=np.array([1.0, 0.0]), rate=np.array([0.0, 1.0]),
+    ...              cross=np.zeros((2, 2)), second=np.zeros(2))
     >>> form.scenario.name, form.window(2).slow_end
     ('OVERLAPPING', 'PD')
     """
@@ -179,6 +201,9 @@ class Touch(Result):
     linear: Floats = field(metadata=along("coordinate", "by"), repr=False)
     jump: Floats = field(metadata=along("coordinate"), repr=False)
     gap: Floats = field(metadata=along("coordinate"), repr=False)
+    rate: Floats = field(metadata=along("coordinate"), repr=False)
+    cross: Floats = field(metadata=along("coordinate", "by"), repr=False)
+    second: Floats = field(metadata=along("coordinate"), repr=False)
 
     @cached_property
     def multipliers(self) -> Complexes:
@@ -277,11 +302,11 @@ class Touch(Result):
     @cached_property
     def scenario(self) -> Scenario:
         """What becomes of the motion near the touch, by (6) to (8) or by the power."""
-        if self.law.power == 0.5:
+        if self.power == SQUARE_ROOT:
             return self._of_square_root
         if not self.others_inside:
             return Scenario.UNSTABLE
-        if self.law.power == 1.0:
+        if self.power == 1.0:
             return Scenario.PERSISTS if 1.0 + self.reaction() > 0.0 else Scenario.FOLD
         return Scenario.SMOOTH
 
@@ -303,18 +328,68 @@ class Touch(Result):
         Of a rigid stop the depth must be positive: one is infinite at zero.
         """
         whole = self._several(turns)
-        if self.power < 1.0 and not depth > 0.0:
-            raise InvalidParameterError(f"depth = {depth}: must be positive at a rigid stop.")
-        slope = self.power * depth ** (self.power - 1.0)
-        values = np.linalg.eigvals(whole - slope * np.outer(whole @ self.jump, self.gap))
+        if self.power < 1.0:
+            if not depth > 0.0:
+                raise InvalidParameterError(f"depth = {depth}: must be positive at a rigid stop.")
+            values = np.linalg.eigvals(self._with_impact(math.sqrt(depth), turns).jacobian)
+        else:
+            slope = self.power * depth ** (self.power - 1.0)
+            values = np.linalg.eigvals(whole - slope * np.outer(whole @ self.jump, self.gap))
         return values.astype(np.complex128)[np.argsort(-np.abs(values))]
+
+    def _with_impact(self, y: float, turns: int) -> _Struck:
+        """Orbit with one impact in n turns by (1a), at a rigid stop."""
+        whole, eye = self._several(turns), np.eye(len(self.gap))
+        forced = self.jump * y + self.second * y * y
+        xi = np.linalg.solve(eye - whole @ (eye + y * self.cross), whole @ forced)
+        after = xi + forced + y * (self.cross @ xi)
+        shift = -y * y - self.gap @ xi + (self.rate @ xi) ** 2 / (2.0 * self.acceleration)
+        room, state = math.inf, after
+        for _ in range(1, turns):
+            state = self.linear @ state
+            least = self.gap @ state - (self.rate @ state) ** 2 / (2.0 * self.acceleration)
+            room = min(room, float(least) + float(shift))
+        by_y = self.jump + self.cross @ xi + 2.0 * y * self.second
+        slope = (self.rate * (self.rate @ xi) / self.acceleration - self.gap) / (2.0 * y)
+        jacobian = whole @ (eye + y * self.cross + np.outer(by_y, slope))
+        return _Struck(float(shift) / self.opening, room, jacobian)
+
+    def _speeds(self, turns: int) -> Floats:
+        """Values of y at which the orbit with one impact in n turns is looked at."""
+        scale = abs(float(self.pushes(turns)[-1])) + abs(self.reaction(turns))
+        bent = float(np.linalg.norm(self.cross, 2))
+        most = min(scale / LEAST_SHARE_OF_SPEED, LARGEST_CORRECTION / bent if bent else math.inf)
+        return np.geomspace(min(most, scale) * LEAST_SHARE_OF_SPEED, most, SPEEDS_LOOKED_AT)
+
+    def orbits(self, turns: int = 1) -> tuple[Floats, Floats, Flags]:
+        """Orbits with one impact in n turns at a rigid stop, in order of their speed.
+
+        Returns
+        -------
+        dp, speed, stable
+            Shape (m,); dp is NaN where another turn passes the stop.
+        """
+        self._refuse_soft()
+        spent, rows = math.sqrt(2.0 * self.acceleration), []
+        for y in self._speeds(turns):
+            found = self._with_impact(float(y), turns)
+            inside = bool(np.abs(np.linalg.eigvals(found.jacobian)).max() < 1.0)
+            rows.append((found.dp if found.room > 0.0 else math.nan, spent * y, inside))
+        dp, speed, stable = zip(*rows, strict=True)
+        return np.array(dp), np.array(speed), np.array(stable)
+
+    def _refuse_soft(self) -> None:
+        if self.power != SQUARE_ROOT:
+            raise InvalidParameterError(
+                f"law = {self.law.value}: orbits of several turns are those of a rigid stop. Take added()."
+            )
 
     def added(self, turns: int = 1) -> Added:
         """Orbit with one impact in n turns, as it begins at the touch."""
         push, reaction = float(self.pushes(turns)[-1]), self.reaction(turns)
         spent = math.sqrt(2.0 * self.acceleration)
-        if self.power == 0.5:
-            begins = self._room(turns) > 0.0
+        if self.power == SQUARE_ROOT:
+            begins = self._begins(turns)
             side = -int(math.copysign(1.0, reaction * self.opening))
             factor = spent * abs(self.opening / reaction)
             return Added(turns, side * begins, False, factor, 1.0, push, reaction)
@@ -328,73 +403,68 @@ class Touch(Result):
         factor = spent * math.sqrt(abs(self.opening / held))
         return Added(1, side, stable, factor, 0.5, push, reaction)
 
-    def _room(self, turns: int) -> float:
-        """Largest y at which no other turn of the orbit with one impact in n turns touches (5)."""
-        whole = self._several(turns)
+    def _begins(self, turns: int) -> bool:
+        """Whether the orbit with one impact in n turns is a motion as y -> 0 (5)."""
+        whole, reaction = self._several(turns), self.reaction(turns)
         state = np.linalg.solve(np.eye(len(whole)) - whole, self.jump)
-        least, reaction = math.inf, self.reaction(turns)
         for _ in range(1, turns):
             state = self.linear @ state
-            least = min(least, float(self.gap @ state) - reaction)
-        return least
-
-    def _shift(self, y: float, turns: int) -> float:
-        """Parameter dp at which the orbit with one impact in n turns has the depth y^2 (3)."""
-        return -(self.reaction(turns) + y) * y / self.opening
+            if not float(self.gap @ state) > reaction:
+                return False
+        return True
 
     def speed(self, dp: float, turns: int = 1) -> tuple[float, ...]:
-        """Impact speeds of the orbits with one impact in n turns at dp, by (3), slowest first."""
+        """Impact speeds of the orbits with one impact in n turns at dp, slowest first.
+
+        By (4), of soft stops by (3).
+        """
+        from scipy.optimize import brentq
+
         dp = real("dp", dp)
-        spent = math.sqrt(2.0 * self.acceleration)
-        if self.power != 0.5:
+        if self.power != SQUARE_ROOT:
             beyond = self.added(turns)
             found = dp * beyond.side > 0.0
             return (beyond.factor * math.sqrt(abs(dp)),) if found else ()
-        half, room = self.reaction(turns) / 2.0, self._room(turns)
-        inside = half * half - self.opening * dp
-        if inside < 0.0:
-            return ()
-        roots = sorted((-half - math.sqrt(inside), -half + math.sqrt(inside)))
-        return tuple(spent * y for y in roots if 0.0 < y < room)
+        at = self._speeds(turns)
+        off = np.array([self._with_impact(float(y), turns).dp - dp for y in at])
+        roots = [
+            float(brentq(lambda y: self._with_impact(y, turns).dp - dp, at[k], at[k + 1]))
+            for k in np.flatnonzero(off[:-1] * off[1:] < 0.0)
+        ]
+        spent = math.sqrt(2.0 * self.acceleration)
+        return tuple(spent * y for y in roots if self._with_impact(y, turns).room > 0.0)
 
     def window(self, turns: int) -> Window | None:
         """Range of dp in which an orbit with one impact in n turns is stable and a motion; None without.
 
-        By (3) to (5), which a rigid stop obeys. The part with the slowest impacts, where there are several.
+        By (4), of a rigid stop. The part with the slowest impacts, where there are several.
         """
-        from scipy.optimize import brentq
-
-        if self.power != 0.5:
-            raise InvalidParameterError(
-                f"law = {self.law.value}: windows of period adding are those of a rigid stop. Take added."
-            )
-        room, scale = self._room(turns), abs(self.pushes(turns)[-1]) + abs(self.reaction(turns))
-        if not room > 0.0 or scale == 0.0:
-            return None
-        most = room if math.isfinite(room) else scale / LEAST_SHARE_OF_SPEED
-
-        def beyond(y: float) -> float:
-            return float(np.abs(self.with_contact(y * y, turns)[0])) - 1.0
-
-        at = np.geomspace(min(most, scale) * LEAST_SHARE_OF_SPEED, most, SPEEDS_LOOKED_AT)
-        inside = np.array([beyond(y) < 0.0 for y in at])
+        self._refuse_soft()
+        at = self._speeds(turns)
+        inside = np.array([min(self._margins(float(y), turns)) > 0.0 for y in at])
         if not inside.any():
             return None
         first = int(np.argmax(inside))
         after = np.flatnonzero(~inside[first:])
-        low, slow_end = float(at[first]), ""
-        if first:
-            low = float(brentq(beyond, at[first - 1], at[first], xtol=1e-15 * most, rtol=1e-12))
-            slow_end = _named(complex(self.with_contact(low * low, turns)[0]))
-        high, fast_end = most, "GR" if math.isfinite(room) else ""
-        if after.size:
-            k = first + int(after[0])
-            high = float(brentq(beyond, at[k - 1], at[k], xtol=1e-15 * most, rtol=1e-12))
-            fast_end = _named(complex(self.with_contact(high * high, turns)[0]))
-        ends = sorted((self._shift(low, turns), self._shift(high, turns)))
-        if not fast_end:
-            ends[0 if self.opening > 0.0 else 1] = -math.copysign(math.inf, self.opening)
-        return Window(turns, ends[0], ends[1], slow_end, fast_end)
+        last = first + int(after[0]) if after.size else 0
+        low, slow_end = self._end(at, first, turns) if first else (float(at[0]), "")
+        high, fast_end = self._end(at, last, turns) if last else (float(at[-1]), "")
+        dp = sorted(self._with_impact(y, turns).dp for y in (low, high))
+        return Window(turns, dp[0], dp[1], slow_end, fast_end)
+
+    def _margins(self, y: float, turns: int) -> tuple[float, float]:
+        """How far the orbit with one impact is from being unstable, and from touching at another turn."""
+        found = self._with_impact(y, turns)
+        return 1.0 - float(np.abs(np.linalg.eigvals(found.jacobian)).max()), found.room
+
+    def _end(self, at: Floats, k: int, turns: int) -> tuple[float, str]:
+        """End of a window between two values of y, and its name."""
+        from scipy.optimize import brentq
+
+        both = [self._margins(float(y), turns) for y in at[k - 1 : k + 1]]
+        which = 1 if both[0][1] * both[1][1] < 0.0 else 0
+        y = float(brentq(lambda y: self._margins(y, turns)[which], at[k - 1], at[k], rtol=1e-12))
+        return y, "touch" if which else _named(complex(self.with_contact(y * y, turns)[0]))
 
     def windows(self, turns: int = 8) -> tuple[Window, ...]:
         """Windows of one impact in 1 to ``turns`` turns, those that exist."""
@@ -405,7 +475,7 @@ class Touch(Result):
     # ---- the map itself ------------------------------------------------------------------------------
 
     def impacts(self, dp: ArrayLike, turns: int = 200, settle: int = 1000) -> Floats:
-        """Impact speeds that the map (1) has at some dp after it has settled, from the orbit without impact.
+        """Impact speeds of the map (1), of rigid stops (1a), at some dp, settled from the orbit without impact.
 
         Parameters
         ----------
@@ -426,10 +496,15 @@ class Touch(Result):
         speeds = np.zeros((len(shift), turns))
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(-settle, turns):
-                depth = np.maximum(0.0, -xi @ self.gap - shift)
+                rate = xi @ self.rate if self.power == SQUARE_ROOT else 0.0
+                depth = np.maximum(
+                    0.0, -xi @ self.gap - shift + rate * rate / (2.0 * self.acceleration)
+                )
                 if k >= 0:
                     speeds[:, k] = np.sqrt(2.0 * self.acceleration * depth)
-                xi = (xi + np.outer(depth**self.power, self.jump)) @ self.linear.T
+                y = np.sqrt(depth)[:, None]
+                struck = np.outer(depth**self.power, self.jump) + y * y * self.second
+                xi = (xi + struck + y * (xi @ self.cross.T)) @ self.linear.T
         speeds[~np.isfinite(speeds)] = math.nan
         return speeds
 
@@ -477,5 +552,5 @@ def _turns(count: int) -> str:
 def _named(multiplier: complex) -> str:
     """Kind at which a multiplier on the unit circle is critical."""
     if multiplier.imag:
-        return "NS"
-    return "SN" if multiplier.real > 0.0 else "PD"
+        return NS.label
+    return SN.label if multiplier.real > 0.0 else PD.label

@@ -200,8 +200,8 @@ def stroboscopic_map(orbit: Orbit, after: float = 0.5, parameter: str = "") -> S
 def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> SegmentMap:
     """Return the solved map from a fixed phase: a time after the start of one of its solved segments.
 
-    The half map of a symmetric orbit, over half a period. Segments that take no time are left out: an element
-    is only touched there.
+    The half map of a symmetric orbit, over half a period. Left out are segments of elements that take no time,
+    where one is only touched, and the event at the end of the first segment where it begins there.
     """
     compiled, problem = _compiled(orbit, parameter), orbit.problem
     turn = float(problem.turn[-1])
@@ -213,7 +213,12 @@ def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> Se
     states[segment] = compiled.after(states[segment], time, ends[segment].mode)
     durations[segment] -= time
     least = NO_TIME_OF_PERIOD * float(orbit.durations.sum())
-    flown = [k for k in range(segment, last) if durations[k] > least]
+    rigid = len(orbit.mechanism.rigid_stops)
+    none = [
+        durations[k] == 0.0 if end.contact < rigid else abs(durations[k]) <= least
+        for k, end in enumerate(ends)
+    ]
+    flown = [k for k in range(segment, last) if not none[k]]
     kept = tuple(i for i in problem.kept if i < 2 * compiled.degrees)
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
     c = (turn / omega).coefficients

@@ -36,6 +36,7 @@ from vibroimpact.plotting.response import plot_response, plot_tuned_damper
 from vibroimpact.plotting.sections import plot_section
 from vibroimpact.plotting.style import print_style, save
 from vibroimpact.plotting.tori import plot_circle_branch, plot_invariant_circle
+from vibroimpact.plotting.touches import plot_touch
 from vibroimpact.plotting.transients import (
     plot_free_decay,
     plot_record,
@@ -78,6 +79,7 @@ __all__ = [
     "plot_section",
     "plot_sine_sweep",
     "plot_tongue",
+    "plot_touch",
     "plot_tuned_damper",
     "print_style",
     "save",

@@ -16,6 +16,7 @@ from vibroimpact.branches.diagram import Diagram
 from vibroimpact.design.maps import DesignMap
 from vibroimpact.design.optimise import Design
 from vibroimpact.design.pareto import ParetoFront
+from vibroimpact.normal_forms.touch import Touch
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import asymmetry, least_cycles
 from vibroimpact.orbits.search_result import OrbitSearch
@@ -29,6 +30,7 @@ from vibroimpact.plotting.orbits import plot_orbit, plot_orbits
 from vibroimpact.plotting.response import plot_response, plot_tuned_damper
 from vibroimpact.plotting.sections import plot_section
 from vibroimpact.plotting.tori import plot_circle_branch, plot_invariant_circle
+from vibroimpact.plotting.touches import plot_touch
 from vibroimpact.plotting.transients import (
     plot_free_decay,
     plot_record,
@@ -107,6 +109,7 @@ DRAWINGS: dict[type, Callable[..., Axes]] = {
     Section: plot_section,
     SineSweep: plot_sine_sweep,
     Tongue: plot_tongue,
+    Touch: plot_touch,
     TunedDamper: plot_tuned_damper,
 }
 
