@@ -165,7 +165,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
     touched = vi.normal_forms.Touch(
         "GR", "p", 0.0, "a stop", vi.normal_forms.ContactLaw.RIGID, acceleration=0.5, opening=1.0,
         coordinates=("x1", "v1"), linear=np.array([[0.2, 1.0], [0.0, 0.0]]), jump=np.array([0.0, 1.0]),
-        gap=np.array([1.0, 0.0]), rate=np.array([0.0, 1.0]), cross=np.zeros((2, 2)), second=np.zeros(2),
+        gap=np.array([1.0, 0.0]), rate=np.array([0.0, 1.0]), bend=np.zeros(2), jerk=0.0,
+        cross=np.zeros((2, 2)), second=np.zeros(2),
     )  # fmt: skip
     locked = vi.Tongue(
         torus["2/9_1"], (torus, torus), 0.1

@@ -140,7 +140,10 @@ def touch(kind: PointKind, point: BifurcationPoint) -> Touch | Refusal:
     if not abs(opening) > HALF_OF_THE_DIGITS * size:
         why = f"{point.name} does not move the touching orbit across the stop"
         return _refused(kind, why, orbit, Status.NOT_TRANSVERSAL)
-    rate, cross, second = _next_terms(at, place, orbit, rigid=law is ContactLaw.RIGID)
+    rate, bend, jerk = _next_of_gap(at, place, orbit)
+    cross, second = np.zeros((len(rate), len(rate))), np.zeros(len(rate))
+    if law is ContactLaw.RIGID:
+        cross, second = _next_of_jump(at, place.end, rate, bend, jerk)
     names = [f"{letter}{i + 1}" for letter in "xv" for i in range(at.solved.compiled.degrees)]
     return Touch(
         kind=kind.label,
@@ -155,6 +158,8 @@ def touch(kind: PointKind, point: BifurcationPoint) -> Touch | Refusal:
         jump=jump[at.kept],
         gap=at.gap[at.kept],
         rate=rate[at.kept],
+        bend=bend[at.kept],
+        jerk=jerk,
         cross=cross[np.ix_(at.kept, at.kept)],
         second=second[at.kept],
     )
@@ -228,28 +233,28 @@ def jump_at(at: TouchedMap, end: End) -> tuple[ContactLaw, Floats]:
     return ContactLaw.SPRING, share * spring.stiffness * at.push  # (2)
 
 
-def _next_terms(
-    at: TouchedMap, place: Place, orbit: Orbit, *, rigid: bool
-) -> tuple[Floats, Floats, Floats]:
-    """Derivatives of h' over (x, v, theta), and G and H of (1a), zero for soft stops."""
-    compiled, end, a = at.solved.compiled, place.end, at.acceleration
+def _next_of_gap(at: TouchedMap, place: Place, orbit: Orbit) -> tuple[Floats, Floats, float]:
+    """Derivatives of h' and h'' over (x, v, theta), at a fixed phase, and the third one of h by time."""
+    compiled, end = at.solved.compiled, place.end
     mode = compiled.modes[end.mode]
     state = compiled.after(orbit.states[place.segment], place.time, end.mode)
     moved = mode.b @ compiled.embedded(state[:-1], state[-1]) + mode.constant
     first = -end.side * compiled.guard(end).row @ mode.b
     jerk = float(first @ mode.b @ moved)
-    rate, bend = (_over_state(compiled, row) for row in (first, first @ mode.b))
-    size = compiled.size
-    if not rigid:
-        return rate, np.zeros((size, size)), np.zeros(size)
-    m = compiled.mechanism
-    kept = 1.0 + Stop(end.contact, end.side).restitution(m.rigid_stops)
+    return _over_state(compiled, first), _over_state(compiled, first @ mode.b), jerk
+
+
+def _next_of_jump(
+    at: TouchedMap, end: End, rate: Floats, bend: Floats, jerk: float
+) -> tuple[Floats, Floats]:
+    """G and H of (1a) over (x, v, theta)."""
+    compiled, a = at.solved.compiled, at.acceleration
+    kept = 1.0 + Stop(end.contact, end.side).restitution(compiled.mechanism.rigid_stops)
     v = at.push / at.lift
     turned = _rates(compiled, end.mode, v)
     cross = np.outer(turned, rate) + np.outer(v, bend - rate * (jerk / a)) / 2.0
-    cross *= kept * math.sqrt(2.0 / a)
-    second = kept * (2.0 * turned - 2.0 * jerk / (3.0 * a) * v)
-    return rate, cross, second
+    second = 2.0 * turned - 2.0 * jerk / (3.0 * a) * v
+    return kept * math.sqrt(2.0 / a) * cross, kept * second
 
 
 def _over_state(compiled: Prescribed, row: Floats) -> Floats:

@@ -6,9 +6,10 @@ Method      In the section of a fixed phase through the touch, with xi the dista
             delta is how far the motion that ignores the stop would pass it, E delta^q the leading term of the
             zero-time discontinuity mapping (theory.md, "At a touch"): q = 1/2 of a rigid stop, 3/2 of a spring, 1 of a
             dashpot that acts at once and never pulls. At the touch positions do not jump: C E = 0.
-            Of a rigid stop y = delta^(1/2) and xi are of one size, and the next terms are kept too: with r the
-            derivatives of h' and a = h''
-                xi -> L (xi + E y + y G xi + y^2 H),   y^2 = -C xi - opening dp + (r xi)^2 / (2 a)      (1a)
+            Of a rigid stop y = delta^(1/2) and xi are of one size, and the next terms are kept too: with r and q the
+            derivatives of h' and h'' by xi, a = h'', and j the next one by time
+                xi -> L (xi + E y + y G xi + y^2 H),
+                y^2 = -C xi - opening dp + (r xi)^2 / (2 a) (1 - q xi / a + j r xi / (3 a^2))           (1a)
             gamma_k = C L^k E says how far an impact opens the gap k turns later; with
                 kappa_n = C (I - L^n)^-1 L^n E                                                          (2)
             an orbit with one impact in n turns has, to leading order,
@@ -27,7 +28,8 @@ Method      In the section of a fixed phase through the touch, with xi the dista
             exist for nu < 2/3 and overlap for nu < 1/4.                                                (8)
 Assumes     one touch, with acceleration a > 0; 1 is no multiplier of L, opening != 0
 Accuracy    (1) leaves out terms of the relative order delta^(1/2), (1a) those of relative order delta; but of other
-            impacts of the orbit the quadratic terms, too. (7) is the limit dp -> 0, ``window`` uses (4)
+            impacts of the orbit the quadratic terms, too, and terms in y dp and dp^2. (7) is the limit dp -> 0,
+            ``window`` uses (4)
 Fails       ``Touch.scenario`` says UNDECIDED where a gamma_k is zero within rounding
 Reference   Nordmark, J. Sound Vib. 145 (1991) 279, and Phys. Rev. E 55 (1997) 266; Chin, Ott, Nusse, Grebogi, Phys.
             Rev. E 50 (1994) 4427; Fredriksson, Nordmark, Proc. R. Soc. A 453 (1997) 1261; di Bernardo, Budd,
@@ -125,6 +127,7 @@ class _Struck(NamedTuple):
     """Orbit with one impact in n turns."""
 
     dp: float
+    speed: float
     room: float  # least gap at its other turns
     jacobian: Floats
 
@@ -169,8 +172,10 @@ class Touch(Result):
         E, shape (d,): a depth delta changes the state by E delta^q at once, to leading order.
     gap
         C, derivatives of the gap by the coordinates, shape (d,).
-    rate
-        r, those of its rate, shape (d,).
+    rate, bend
+        r and q, those of its rate and of its acceleration, shape (d,).
+    jerk
+        j, third derivative of the gap by time at the touch.
     cross, second
         G, shape (d, d), and H, shape (d,), of (1a) for a rigid stop; zero for a soft one.
     multipliers
@@ -185,7 +190,7 @@ class Touch(Result):
     >>> form = Touch("GR", "p", 0.0, "a stop", ContactLaw.RIGID, acceleration=0.5, opening=-1.0,
     ...              coordinates=("x1", "v1"), linear=np.array([[0.2, 1.0], [0.0, 0.0]]),
     ...              jump=np.array([0.0, 1.0]), gap=np.array([1.0, 0.0]), rate=np.array([0.0, 1.0]),
-    ...              cross=np.zeros((2, 2)), second=np.zeros(2))
+    ...              bend=np.zeros(2), jerk=0.0, cross=np.zeros((2, 2)), second=np.zeros(2))
     >>> form.scenario.name, form.window(2).slow_end
     ('OVERLAPPING', 'PD')
     """
@@ -202,6 +207,8 @@ class Touch(Result):
     jump: Floats = field(metadata=along("coordinate"), repr=False)
     gap: Floats = field(metadata=along("coordinate"), repr=False)
     rate: Floats = field(metadata=along("coordinate"), repr=False)
+    bend: Floats = field(metadata=along("coordinate"), repr=False)
+    jerk: float = field(repr=False)
     cross: Floats = field(metadata=along("coordinate", "by"), repr=False)
     second: Floats = field(metadata=along("coordinate"), repr=False)
 
@@ -341,18 +348,39 @@ class Touch(Result):
         """Orbit with one impact in n turns by (1a), at a rigid stop."""
         whole, eye = self._several(turns), np.eye(len(self.gap))
         forced = self.jump * y + self.second * y * y
-        xi = np.linalg.solve(eye - whole @ (eye + y * self.cross), whole @ forced)
+        xi = np.asarray(
+            np.linalg.solve(eye - whole @ (eye + y * self.cross), whole @ forced), np.float64
+        )
         after = xi + forced + y * (self.cross @ xi)
-        shift = -y * y - self.gap @ xi + (self.rate @ xi) ** 2 / (2.0 * self.acceleration)
+        shift = -y * y - self.gap @ xi + self._earlier(xi)
         room, state = math.inf, after
         for _ in range(1, turns):
             state = self.linear @ state
-            least = self.gap @ state - (self.rate @ state) ** 2 / (2.0 * self.acceleration)
-            room = min(room, float(least) + float(shift))
+            room = min(room, float(self.gap @ state - self._earlier(state) + shift))
         by_y = self.jump + self.cross @ xi + 2.0 * y * self.second
-        slope = (self.rate * (self.rate @ xi) / self.acceleration - self.gap) / (2.0 * y)
+        slope = (self._earlier_by(xi) - self.gap) / (2.0 * y)
         jacobian = whole @ (eye + y * self.cross + np.outer(by_y, slope))
-        return _Struck(float(shift) / self.opening, room, jacobian)
+        return _Struck(float(shift) / self.opening, float(self._met(y, xi)), room, jacobian)
+
+    def _earlier(self, xi: Floats) -> Any:
+        """How far the least gap is below that at the phase of the touch (1a), of states in the last axis."""
+        a, rate = self.acceleration, xi @ self.rate
+        turned = 1.0 - xi @ self.bend / a + self.jerk * rate / (3.0 * a * a)
+        return rate * rate / (2.0 * a) * turned
+
+    def _met(self, y: Any, xi: Floats) -> Any:
+        """Impact speeds at a rigid stop, to the order of (1a)."""
+        a = self.acceleration
+        turned = 1.0 + (xi @ self.bend - self.jerk / a * (xi @ self.rate)) / (2.0 * a)
+        return math.sqrt(2.0 * a) * y * turned - 2.0 * self.jerk / (3.0 * a) * y * y
+
+    def _earlier_by(self, xi: Floats) -> Floats:
+        """Derivatives of ``_earlier`` at one state."""
+        a, rate = self.acceleration, float(xi @ self.rate)
+        turned = 1.0 - float(xi @ self.bend) / a + self.jerk * rate / (3.0 * a * a)
+        bent = self.jerk / (3.0 * a * a) * self.rate - self.bend / a
+        found: Floats = rate / a * turned * self.rate + rate * rate / (2.0 * a) * bent
+        return found
 
     def _speeds(self, turns: int) -> Floats:
         """Values of y at which the orbit with one impact in n turns is looked at."""
@@ -370,11 +398,11 @@ class Touch(Result):
             Shape (m,); dp is NaN where another turn passes the stop.
         """
         self._refuse_soft()
-        spent, rows = math.sqrt(2.0 * self.acceleration), []
+        rows = []
         for y in self._speeds(turns):
             found = self._with_impact(float(y), turns)
             inside = bool(np.abs(np.linalg.eigvals(found.jacobian)).max() < 1.0)
-            rows.append((found.dp if found.room > 0.0 else math.nan, spent * y, inside))
+            rows.append((found.dp if found.room > 0.0 else math.nan, found.speed, inside))
         dp, speed, stable = zip(*rows, strict=True)
         return np.array(dp), np.array(speed), np.array(stable)
 
@@ -431,8 +459,8 @@ class Touch(Result):
             float(brentq(lambda y: self._with_impact(y, turns).dp - dp, at[k], at[k + 1]))
             for k in np.flatnonzero(off[:-1] * off[1:] < 0.0)
         ]
-        spent = math.sqrt(2.0 * self.acceleration)
-        return tuple(spent * y for y in roots if self._with_impact(y, turns).room > 0.0)
+        every = (self._with_impact(y, turns) for y in roots)
+        return tuple(found.speed for found in every if found.room > 0.0)
 
     def window(self, turns: int) -> Window | None:
         """Range of dp in which an orbit with one impact in n turns is stable and a motion; None without.
@@ -496,13 +524,13 @@ class Touch(Result):
         speeds = np.zeros((len(shift), turns))
         with np.errstate(over="ignore", invalid="ignore"):
             for k in range(-settle, turns):
-                rate = xi @ self.rate if self.power == SQUARE_ROOT else 0.0
-                depth = np.maximum(
-                    0.0, -xi @ self.gap - shift + rate * rate / (2.0 * self.acceleration)
-                )
-                if k >= 0:
-                    speeds[:, k] = np.sqrt(2.0 * self.acceleration * depth)
+                early = self._earlier(xi) if self.power == SQUARE_ROOT else 0.0
+                depth = np.maximum(0.0, -xi @ self.gap - shift + early)
                 y = np.sqrt(depth)[:, None]
+                if k >= 0 and self.power == SQUARE_ROOT:
+                    speeds[:, k] = self._met(y[:, 0], xi)
+                elif k >= 0:
+                    speeds[:, k] = math.sqrt(2.0 * self.acceleration) * y[:, 0]
                 struck = np.outer(depth**self.power, self.jump) + y * y * self.second
                 xi = (xi + struck + y * (xi @ self.cross.T)) @ self.linear.T
         speeds[~np.isfinite(speeds)] = math.nan
