@@ -255,3 +255,22 @@ def test_a_motion_that_leads_to_no_orbit_is_a_failure(
     Path("far.toml").write_text(WALL.replace("[start]", held), encoding="utf-8")
     assert cli.main(["branch", "--config", "far.toml", "--bounds", "omega=0.7:0.9"]) == cli.FAILED
     assert "no periodic orbit was found" in capsys.readouterr().err
+
+
+# ---- a touch -------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_normal_form_at_a_touch_says_what_follows_and_its_windows(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    machine = ["impact-oscillator", "--zeta", "1.2", "--omega", "4.86", "--restitution", "0.8"]
+    start = ["--clearance", "0.04", "--position", "-0.01", "--velocity", "0"]
+    argv = [*machine, *start, "--bounds", "clearance=0.0385:0.0405", "--at", "GR1"]
+    facts = numbers(argv, capsys)
+    assert facts["scenario"] == "ADDING"
+    windows = {one["turns"]: one for one in facts["windows"]}  # type: ignore[attr-defined]
+    assert (windows[5]["slow_end"], windows[5]["fast_end"]) == ("PD", "touch")
+    out = said(["normal-form", *argv], capsys)
+    assert "period adding with chaos between" in out
+    assert f"one impact in 5: clearance - {facts['value']:.9g} from" in out

@@ -60,7 +60,7 @@ def place_of(text: str) -> At:
 
 
 TYPES: dict[str, Callable[[str], Any]] = {  # of values in options, by the annotation in Python
-    "int": int, "float": float, "int | None": int, "float | None": float,
+    "int": int, "float": float, "AnyFloat": float, "int | None": int, "float | None": float,
     "tuple[float, ...]": lambda text: [float(number) for number in text.split("/")],
     "At | None": place_of, "AtStop | AtPhase | None": place_of,
 }  # fmt: skip
