@@ -50,7 +50,7 @@ class BallHarvester(Machine):
         "the forcing, which here are free."
     )
     known_for = KnownFor(
-        "Speed after impacts at the lower end over the length: impacts in turn, then more below than above.",
+        "Speed after impacts at the lower end over the length: impacts in turn, then irregular ones.",
         "diagram", over=("half_length", 0.1, 1.5), at="B",
     )  # fmt: skip
     to_try = (

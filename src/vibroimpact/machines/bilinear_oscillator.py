@@ -48,13 +48,13 @@ class BilinearOscillator(Machine):
         "129-155; J. M. T. Thompson, R. Ghaffari (1982). Numbers of equations: not to be had."
     )
     known_for = KnownFor(
-        "Place once a period over the frequency: subharmonic motions, and chaos between them.",
+        "Place once a period over the frequency: subharmonic motions of order two and three.",
         "diagram", over=("omega", 2.2, 6.5), at="phase", variable="x1",
     )  # fmt: skip
     to_try = (
         (
             "diagram bilinear-oscillator --over omega=1:6:300 --out diagram.png",
-            "subharmonic resonances and chaos between them",
+            "subharmonic resonances",
         ),
         ("simulate bilinear-oscillator --omega 3 --out swing.svg", "swings on either spring"),
     )

@@ -49,7 +49,7 @@ class DualComponent(Machine):
         "system, Phys. Lett. A 313 (2003) 267-273. Numbers of equations: not to be had."
     )
     known_for = KnownFor(
-        "Velocity of the first mass after the impacts over the frequency: one impact in a period, tori, chaos.",
+        "Velocity of the first mass after the impacts over the frequency: one impact in a period, or several.",
         "diagram", over=("omega", 0.6, 2.6),
     )  # fmt: skip
     to_try = (

@@ -52,7 +52,7 @@ class SoftImpactOscillator(Machine):
         "had; of its parameters only the ratio 29 is taken from it."
     )
     known_for = KnownFor(
-        "Place once a period over the frequency: a narrow band of chaos where the motion begins to touch the stop.",
+        "Place once a period over the frequency: the touch of the stop, a narrow band, period two, chaos.",
         "diagram", over=("omega", 0.7, 0.95), at="phase", variable="x1",
     )  # fmt: skip
     to_try = (
