@@ -467,7 +467,7 @@ def test_a_bad_file_is_refused_with_the_reason(
         (["section", *CASE, "--x", "x9", "--out", "p.svg"], "'x9': must be one of x1, x2"),
         (["orbit", "--config", "no.toml"], "no.toml: cannot be read"),
         (["orbit", *CASE, "--config", "no.toml"], "only one may be given"),
-        (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .csv, .svg, .png, .pdf"),
+        (["orbit", *CASE, "--out", "o.docx"], "o.docx: must end in .nc, .csv, .xlsx, .svg, .png, .pdf"),
         (["orbit", *CASE, "--out", "no/o.nc"], "no must be a folder. Make it first"),
         (["reproduce", "impact-hammer", "--out", "r"], "'impact-hammer': must be all, or of"),
         (["reproduce", "impact-damper"], "out: missing"),

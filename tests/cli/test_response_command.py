@@ -264,7 +264,9 @@ def test_misuse_is_one_sentence_and_leaves_nothing(
 
 def test_other_commands_write_no_report(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["orbit", "impact-damper/A", "--omega", "1.2", "--out", "r.html"]
-    assert_nothing_written(argv, cli.MISUSE, "out = r.html: must end in .nc, .csv, .svg", capsys)
+    assert_nothing_written(
+        argv, cli.MISUSE, "out = r.html: must end in .nc, .csv, .xlsx, .svg", capsys
+    )
 
 
 @pytest.mark.parametrize(

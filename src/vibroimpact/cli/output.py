@@ -1,4 +1,4 @@
-"""Files of a command: data in netCDF or CSV, pictures, pages of HTML; all of them or none."""
+"""Files of a command: data in netCDF, CSV or XLSX, pictures, pages of HTML; all of them or none."""
 
 from __future__ import annotations
 

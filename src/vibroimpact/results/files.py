@@ -1,4 +1,4 @@
-"""Results in files: netCDF that comes back to the last bit, CSV for tables.
+"""Results in files: netCDF that comes back to the last bit, CSV and XLSX for tables.
 
 A file holds what ``to_dataset`` gives, for any program that reads netCDF, and beside it in ``stored_...`` what is
 needed to make the same result again (tree.py). It ends with the digest of all bytes before, which programs that read
@@ -35,10 +35,12 @@ from vibroimpact._core.files import check_target, read_bytes, write_files
 from vibroimpact._core.lazy import xr
 from vibroimpact.results.fields import ADVICE
 from vibroimpact.results.result import CSV, Result, check_dataset, csv_of, dataframe_of
+from vibroimpact.results.spreadsheet import xlsx_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
 
 NETCDF = ".nc"
-SUFFIXES = (NETCDF, CSV)
+XLSX = ".xlsx"
+SUFFIXES = (NETCDF, CSV, XLSX)
 PICTURES = (".svg", ".png", ".pdf")  # suffixes of files that plotting writes
 PAGES = (".html",)
 FORMAT = "vibroimpact result 1"
@@ -63,8 +65,8 @@ def save(result: Any, path: str | os.PathLike[str]) -> None:
         Any result: a run, section, orbit, branch, curve, circle, response, design, ..., a special point of one, or
         the dataset of a sweep.
     path
-        A name that ends in .nc, for :func:`load`, or in .csv, for the table of ``to_dataframe``; an earlier file of
-        that name is replaced.
+        A name that ends in .nc, for :func:`load`, or in .csv or .xlsx, for the table of ``to_dataframe``; an earlier
+        file of that name is replaced.
 
     Raises
     ------
@@ -191,7 +193,7 @@ def content_of(result: Any, suffix: str) -> bytes:
         content: bytes = bytes(data.to_netcdf(engine="h5netcdf", encoding=plain))
         return content + SEAL + hashlib.sha256(content).hexdigest().encode()
     table = result.to_dataframe() if isinstance(result, Result) else dataframe_of(result)
-    return csv_of(table)
+    return xlsx_of(table) if suffix.lower() == XLSX else csv_of(table)
 
 
 def netcdf_in(where: str, content: bytes, *, damaged: bool) -> bytes:
