@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from typing import Any, cast
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import vibroimpact as vi
+from vibroimpact.branches.beginning import single_tangent
 from vibroimpact.continuation import Stopped
 
 
@@ -186,3 +189,18 @@ def test_a_doubled_branch_begun_beside_its_birth_meets_it() -> None:
     assert Stopped.REPEATED in [end.reason for end in found.curve.ends]
     assert found.curve.rejected <= 6
     assert not found.curve.unresolved
+
+
+def test_equations_that_nothing_changes_have_no_single_tangent() -> None:
+    """As of a ball that rests anywhere in its slot: a row of zeros, which has no direction."""
+
+    class Resting:
+        def scale(self) -> NDArray[np.float64]:
+            return np.ones(3)
+
+        def jacobian(
+            self, _z: object, _p: float
+        ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            return np.array([[1.0, 2.0], [0.0, 0.0]]), np.array([0.5, 0.0])
+
+    assert single_tangent(cast(Any, Resting()), np.zeros(2), 0.0) is None

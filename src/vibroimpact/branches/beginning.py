@@ -248,9 +248,12 @@ def single_tangent(problem: Problem, z: Floats, p: float) -> Floats | None:
     sizes = problem.scale()
     by_z, by_p = problem.jacobian(z, p)
     matrix = np.column_stack([by_z, by_p]) * sizes
-    if not np.all(np.isfinite(matrix)):
-        return None
-    _, values, rows = np.linalg.svd(matrix / np.linalg.norm(matrix, axis=1)[:, None])
+    lengths = np.linalg.norm(matrix, axis=1)
+    if not np.all(np.isfinite(matrix)) or not lengths.all():
+        return (
+            None  # an equation that nothing changes, as of a ball that rests anywhere in its slot
+        )
+    _, values, rows = np.linalg.svd(matrix / lengths[:, None])
     return rows[-1] * sizes if values[-1] > LEAST_REGULAR_SINGULAR_VALUE else None
 
 
