@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import vibroimpact as vi
+from vibroimpact._core.quantities import UNITS
 from vibroimpact.cli import main as cli
 from vibroimpact.machines.quantities import checked, number_in
 from vibroimpact.machines.toml_file import Case, read_case
@@ -41,6 +42,18 @@ def test_a_file_with_units_is_the_machine_in_si_units() -> None:
     assert isinstance(case, Case)
     for name in ("mass", "mass_ratio", "omega_n", "zeta", "force", "omega", "half_clearance"):
         assert getattr(case.system, name) == pytest.approx(getattr(expected, name), rel=1e-15)
+
+
+@pytest.mark.parametrize("quantity", UNITS)
+def test_every_quantity_is_understood_in_its_si_unit(quantity: str) -> None:
+    assert checked("it", number_in(f"2.5 {UNITS[quantity]}"), quantity, si=True) == 2.5
+
+
+@pytest.mark.parametrize(
+    ("text", "value"), [("50 um", 5e-5), ("0.3mm", 3e-4), ("7 ms", 7e-3), ("1e-3 kg mm", 1e-6)]
+)
+def test_a_number_with_a_unit_is_rounded_once(text: str, value: float) -> None:
+    assert number_in(text) == value
 
 
 @pytest.mark.parametrize(

@@ -218,10 +218,14 @@ def _shape(members: xr.Dataset, over: dict[str, Floats]) -> str:
     """A line that says what was varied."""
     grid = [name for name in members["end"].dims if name not in (*over, "start", "direction")]
     axes = over | {str(name): members[name].values for name in grid}
+
+    def unit_of(name: str) -> str:
+        return f" {members[name].attrs.get('units', '')}".rstrip() if name in members.coords else ""
+
     parts = [
-        f"{name} {axis[0]:g} to {axis[-1]:g} ({len(axis)})"
+        f"{name} {axis[0]:g} to {axis[-1]:g}{unit_of(name)} ({len(axis)})"
         if len(axis) > 1
-        else f"{name} {axis[0]:g}"
+        else f"{name} {axis[0]:g}{unit_of(name)}"
         for name, axis in axes.items()
     ]
     starts = members.sizes.get("start")

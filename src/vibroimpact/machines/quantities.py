@@ -15,8 +15,14 @@ FACTORS = {  # of units to those of SI, by quantity; spaces and signs of product
     "frequency": {"rad/s": 1.0, "Hz": TURN, "kHz": 1e3 * TURN, "rpm": TURN / 60.0, "1/min": TURN / 60.0},
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
+    "acceleration": {"m/s²": 1.0, "m/s^2": 1.0, "m/s2": 1.0, "mm/s²": 1e-3, "mm/s^2": 1e-3},
     "stiffness": {"N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3, "kN/mm": 1e6, "MN/m": 1e6},
     "damping": {"Ns/m": 1.0, "kg/s": 1.0, "Ns/mm": 1e3, "kNs/m": 1e3},
+    "impulse": {"Ns": 1.0},
+    "energy": {"J": 1.0, "mJ": 1e-3},
+    "power": {"W": 1.0, "mW": 1e-3, "kW": 1e3},
+    "unbalance": {"kgm": 1.0, "kgmm": 1e-3, "gmm": 1e-6},
+    "rate": {"1/s": 1.0},
     "angle": {"rad": 1.0, "deg": TURN / 360.0, "°": TURN / 360.0},
     "": {"%": 1e-2},
 }  # fmt: skip
@@ -58,10 +64,16 @@ def number_in(text: str) -> float:
     unit = re.sub(r"[\s*·]", "", found[2] or "") if found else ""
     for quantity, factors in FACTORS.items():
         if found and unit in factors:
-            number = Measured(float(found[1]) * factors[unit])
+            number = Measured(_product(found[1], factors[unit]))
             number.quantity, number.text, number.unit = quantity, text.strip(), unit
             return number
     raise ValueError(f"{text!r} must be a number, or one with a unit: {units_known()}")
+
+
+def _product(digits: str, factor: float) -> float:
+    """A number times a factor, rounded once: by dividing, since 1e6 is a double, and 1e-6 is not."""
+    tenth = factor < 1.0 and math.log10(factor).is_integer()
+    return float(digits) / round(1.0 / factor) if tenth else float(digits) * factor
 
 
 def units_known() -> str:
