@@ -68,7 +68,7 @@ def settled(omega: float, turns: int) -> list[float]:
 
 @PAPER.statement(
     "summary",
-    "the existence of harmonic, subharmonic, and chaotic motions",
+    "the existence of harmonic, subharmonic",
     notes="Harmonic at 1.5, subharmonic at 3.",
     slow=True,
 )
@@ -173,8 +173,8 @@ def trace_of_one_impact(omega: float) -> float:
 
 @PAPER.picture(
     "Between two springs",
-    "Place once in a period of the force over the frequency: harmonic and subharmonic motions, and what is "
-    "between them.",
+    "Place once in a period of the force over the frequency: harmonic motions, and subharmonic ones of order two "
+    "and three.",
 )
 def over_the_frequency() -> Axes:
     """The diagram of the bilinear oscillator."""

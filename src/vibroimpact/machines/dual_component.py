@@ -55,9 +55,12 @@ class DualComponent(Machine):
     to_try = (
         (
             "diagram dual-component --over omega=0.6:2.4:200 --out diagram.png",
-            "one impact per period, tori, chaos",
+            "one impact per period, or several, and a band of chaos",
         ),
-        ("section dual-component --omega 1.6 --points 2000 --out section.svg", "closed curves"),
+        (
+            "section dual-component --omega 1.2 --points 2000 --out section.svg",
+            "a strange attractor",
+        ),
     )
 
     mass1: float = parameter(positive, "mass", "mass $m_1$", default=1.0)
