@@ -172,7 +172,7 @@ class AtTouch:
         orbit = self.plane.solution(z, a)
         if not orbit.converged:
             return tests | dict.fromkeys((PUSH, SIDE), math.nan)
-        push, side = touched_map(orbit, place).conditions()
+        push, side = touched_map(orbit, place, self.plane.names[0]).conditions()
         return tests | {PUSH: push, SIDE: side}
 
     def _place(self, z: Floats, w: Floats) -> Place:
