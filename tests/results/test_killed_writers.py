@@ -13,15 +13,15 @@ import pytest
 
 # A process that has made all contents forks writers, kills each after a random time, and looks at what is there.
 PREPARED = """
-import os, random, signal, sys, time, warnings
+import functools, os, random, signal, sys, time, warnings
 from pathlib import Path
 import numpy as np
 import matplotlib
 matplotlib.use("agg")
 import vibroimpact as vi
 from vibroimpact import plotting
+from vibroimpact.plotting import style
 from vibroimpact.cli.output import Done, write
-from vibroimpact._core.files import only_writer
 
 forced = os.fsync
 
@@ -29,7 +29,7 @@ forced = os.fsync
 def slow(handle):
     '''A slow disk: most kills come while something is written.'''
     forced(handle)
-    time.sleep(0.02)
+    time.sleep(0.1)
 
 
 os.fsync = slow
@@ -60,10 +60,12 @@ runs = [vi.simulate(damper, start, impacts=n) for n in (30, 60)]
 swept = [vi.sweep(damper, over={"omega": np.linspace(1.0, 1.2, n)}, start=start, settle_periods=5, periods=5,
                   progress=False) for n in (2, 3)]
 drawn = [plotting.plot_history(run) for run in runs]
+style.content_of_picture = functools.cache(style.content_of_picture)  # what takes time is to write
 pages = [f"<html>{'x' * 100_000 * (k + 1)}</html>" for k in (0, 1)]
 writers = {
     "run.nc": lambda path, k: vi.save(runs[k], path),
     "table.csv": lambda path, k: runs[k].to_csv(path),
+    "table.xlsx": lambda path, k: vi.save(runs[k], path),
     "sweep.nc": lambda path, k: vi.save(swept[k], path),
     "sweep.csv": lambda path, k: vi.save(swept[k], path),
     "a.png": lambda path, k: plotting.save(drawn[k], path),
@@ -77,7 +79,7 @@ for name, writer in writers.items():
         writer(folder / name, k)
         whole[name, k] = (folder / name).read_bytes()
     assert whole[name, 0] != whole[name, 1], name
-seen = {}
+seen, left = {}, set()
 for number in range(kills):
     order = draws.sample(sorted(writers), len(writers))
     killed(lambda turn: [writers[name](folder / name, turn % 2) for name in order], 0.4)
@@ -86,11 +88,11 @@ for number in range(kills):
         which = [k for k in (0, 1) if found == whole[name, k]]
         assert which, (number, name, len(found))
         seen[name, which[0]] = seen.get((name, which[0]), 0) + 1
-left = len([one for one in os.listdir(folder) if one not in writers])
+    left |= {*os.listdir(folder)} - {*writers}
 for name, writer in writers.items():
     writer(folder / name, 0)
 assert sorted(os.listdir(folder)) == sorted(writers), os.listdir(folder)
-print(f"{kills} kills, {len(writers)} writers, {left} drafts were left and removed")
+print(f"{kills} kills, {len(writers)} writers, {len(left)} drafts were left and removed")
 """
 
 STORES = """
