@@ -28,7 +28,7 @@ KERNEL = [  # rows of the kernel, from what runs many motions down to numbers
     ["flow"], ["numeric"],
 ]  # fmt: skip
 COLUMNS = {  # across, where not in the middle
-    "cli": 0.42, "plotting": 0.42, "design": 0.2, "transients": 0.62, "response": 0.36,
+    "cli": 0.42, "explorer": 0.62, "plotting": 0.42, "design": 0.2, "transients": 0.62, "response": 0.36,
     "measures": 0.30, "bifurcations": 0.78, "tori": 1.05, "sweeps": 0.04, "branches": 0.62,
     "orbits": 0.56, "attractors": 0.40, "simulation": 0.42, "compile": 0.44, "machines": 0.62,
     "normal_forms": 0.88, "continuation": 1.12, "_core": 0.62, "_kernel": 0.62,

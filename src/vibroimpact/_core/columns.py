@@ -15,11 +15,15 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from vibroimpact._core.types import Flags, Floats
+
+# Functions that are taken number by number, with the bits that a float gives.
+POWER = np.frompyfunc(operator.pow, 2, 1)
+EXP, LOG, SINE, COSINE = (np.frompyfunc(f, 1, 1) for f in (np.exp, np.log, np.sin, np.cos))
 
 
 class Split(BaseException):
@@ -70,15 +74,13 @@ def _comparison(operation: Callable[[Any, Any], Any]) -> Any:
 
 
 def _quotient(x: Any, y: Any) -> Any:
-    if not agreed(np.asarray(y != 0.0)):
+    if not agreed(np.asanyarray(y != 0.0)):
         raise ZeroDivisionError("float division by zero")
     return x / y
 
 
 def _power(x: Any, y: Any) -> Floats:
-    both = np.broadcast_arrays(x, y)
-    pairs = zip(*(a.ravel().tolist() for a in both), strict=True)
-    return np.array([a**b for a, b in pairs], dtype=float).reshape(both[0].shape)
+    return cast(Floats, POWER(x, y).astype(float))
 
 
 class Column:
@@ -132,20 +134,19 @@ class Column:
 
     def exp(self) -> Column:
         """Exponentials, with the bits of ``np.exp(float)``."""
-        return self._each(np.exp)
+        return self._each(EXP)
 
     def log(self) -> Column:
         """Natural logarithms, with the bits of ``np.log(float)``."""
-        return self._each(np.log)
+        return self._each(LOG)
 
     def sin(self) -> Column:
         """Sines, with the bits of ``np.sin(float)``."""
-        return self._each(np.sin)
+        return self._each(SINE)
 
     def cos(self) -> Column:
         """Cosines, with the bits of ``np.cos(float)``."""
-        return self._each(np.cos)
+        return self._each(COSINE)
 
-    def _each(self, function: Callable[[float], float]) -> Column:
-        found = [function(x) for x in self.values.ravel().tolist()]
-        return Column(np.array(found, dtype=float).reshape(self.values.shape))
+    def _each(self, function: np.ufunc) -> Column:
+        return Column(function(self.values).astype(float))

@@ -22,6 +22,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.columns import Column, agreed
 from vibroimpact._core.linear import Matrix, Vector, apply, dot, product, transpose
 from vibroimpact._core.scalars import ROUNDING_PER_TERM, greatest, least
+from vibroimpact._core.types import Floats
 from vibroimpact.compile.reduction import Reduced
 from vibroimpact.compile.vibrations import NormalForm, alone, unit_form
 
@@ -140,16 +141,19 @@ def _blocks(stiffness: Matrix, damping: Matrix) -> Decoupled | None:
     arrays = [x.values if isinstance(x, Column) else np.array(x) for x in numbers]
     grid = np.broadcast_shapes(*(x.shape for x in arrays))
     n, columns = len(stiffness), any(isinstance(x, Column) for x in numbers)
-    table = np.array([np.broadcast_to(x, grid).ravel() for x in arrays]).T
-    halves = np.ascontiguousarray(table.reshape(-1, 2, n, n).transpose(1, 0, 2, 3))
-    found = _kernel.decouple(halves[0], halves[1])
+    own = next((x.decoupled for x in arrays if hasattr(x, "decoupled")), _decoupled)
+    found = own(
+        arrays, grid, n
+    )  # numbers that are written down (explorer/recording.py) do it themselves
     if not agreed((found["found"] > 0.0).reshape(grid)):
         return None
 
-    def as_given(values: NDArray[np.float64]) -> Any:
+    def as_given(values: NDArray[Any]) -> Any:
+        if values.dtype == object:
+            return Column(values[0])
         return Column(values.reshape(grid)) if columns else float(values[0])
 
-    def matrix(values: NDArray[np.float64]) -> Matrix:
+    def matrix(values: NDArray[Any]) -> Matrix:
         return [[as_given(values[:, i, j]) for j in range(n)] for i in range(n)]
 
     k, c = ([as_given(found[name][:, i]) for i in range(n)] for name in "kc")
@@ -159,3 +163,9 @@ def _blocks(stiffness: Matrix, damping: Matrix) -> Decoupled | None:
         k, c, [0.0] * n, [0.0] * n,
         matrix(found["positions"]), matrix(found["velocities"]), tuple(map(matrix, ways)), [0.0] * n,
     )  # fmt: skip
+
+
+def _decoupled(arrays: list[Floats], grid: tuple[int, ...], n: int) -> dict[str, Floats]:
+    table = np.array([np.broadcast_to(x, grid).ravel() for x in arrays]).T
+    halves = np.ascontiguousarray(table.reshape(-1, 2, n, n).transpose(1, 0, 2, 3))
+    return _kernel.decouple(halves[0], halves[1])

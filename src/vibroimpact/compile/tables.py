@@ -129,7 +129,10 @@ def _mapped(function: Callable[..., Any], *parts: dict[str, Any]) -> dict[str, A
 
 
 def stacks_of(
-    hybrid: Hybrid | Piecewise, grid: tuple[int, ...], codes: Sequence[int] = ()
+    hybrid: Hybrid | Piecewise,
+    grid: tuple[int, ...],
+    codes: Sequence[int] = (),
+    columns: list[Floats] | None = None,
 ) -> Stacks:
     """Stacks of compiled systems.
 
@@ -141,13 +144,15 @@ def stacks_of(
         Sizes of the grid of the systems that it represents.
     codes
         Modes needed in addition to those that every system begins with.
+    columns
+        Where the numbers that vary are appended as they are; a list of their own by default.
 
     Raises
     ------
     InvalidParameterError
         A mode is needed whose contact forces are not determined.
     """
-    m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker()
+    m, laws, stack = hybrid.mechanism, hybrid.laws(), _Stacker(columns)
     contacts, lines, size = len(m.rigid_stops), len(m.forces), hybrid.size
     systems = {
         "omegas": stack(hybrid.omegas, lines),
@@ -220,8 +225,8 @@ def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
 class _Stacker:
     """Builder of stacks, which collects the columns."""
 
-    def __init__(self) -> None:
-        self.columns = list[Floats]()
+    def __init__(self, columns: list[Floats] | None = None) -> None:
+        self.columns = list[Floats]() if columns is None else columns
 
     def __call__(self, entries: Any, *shape: int) -> Stack:
         """Nested entries, floats or columns, as an array of this shape for each system."""
