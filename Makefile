@@ -23,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help build reproduce test test-all sanitize docs lint format stubs bench clean
+.PHONY: help build explorer reproduce test test-all sanitize docs lint format stubs bench clean
 ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL: # but for what `build` says
 endif
@@ -38,6 +38,7 @@ help:
 	@echo 'make lint        check format, style and types'
 	@echo 'make format      reformat the sources'
 	@echo 'make stubs       rewrite the type stubs of the extension module, the observers and the machines'
+	@echo 'make explorer    build the page of `vibroimpact explore`; needs Node.js and npm'
 	@echo 'make bench       measure speed against other programs'
 	@echo 'make clean       remove .venv, caches, site/ and $(OUT)/'
 	@echo
@@ -74,6 +75,26 @@ $(SANITIZED)/.made: $(SOURCES) | $(VENV)/.made
 	@echo '== package: build for the sanitizers (some ten minutes)'
 	@CXX=g++ CXXFLAGS='$(SANITIZER)' $(PIP) --no-deps --upgrade --target $(SANITIZED) .
 	@touch $@
+
+# The page is one file of the package, which `make build` installs where it is there. Its kernel is compiled twice: with
+# the instruction for fma that newer browsers have, and without.
+explorer: src/vibroimpact/explorer/page.html
+	@$(MAKE) --silent build
+
+WASM := -target wasm32-wasi -mexec-model=reactor -std=c++20 -Os -fno-exceptions -fno-rtti -ffp-contract=off \
+        -fno-math-errno -Iinclude -Isrc -Wl,--no-entry -Wl,--strip-all -Wl,-z,stack-size=1048576
+WASM_CPU := generic+simd128+bulk_memory+sign_ext+nontrapping_fptoint
+web/build/plain.wasm: CPU := $(WASM_CPU)
+web/build/fast.wasm: CPU := $(WASM_CPU)+relaxed_simd
+web/build/plain.wasm web/build/fast.wasm: web/kernel/page.cpp $(HEADERS) | $(VENV)/.test
+	@mkdir -p web/build
+	@echo '== explorer: $@'
+	@$(BIN)/python -m ziglang c++ $(WASM) -mcpu=$(CPU) $< -o $@
+
+src/vibroimpact/explorer/page.html: web/build/plain.wasm web/build/fast.wasm $(wildcard web/src/* web/*.*)
+	@echo '== explorer: page'
+	@cd web && npm ci --silent && npm run --silent check && npm run --silent build
+	@cp web/dist/index.html $@
 
 bench: build $(VENV)/.bench
 	@echo '== bench'

@@ -25,6 +25,7 @@ COMMANDS = {  # a file of this folder each
     "machines": "list the machines of the catalogue, with a gallery of their pictures",
     "show": "show a machine: equations, parameters, units, defaults, source, and what to try",
     "reproduce": "judge the statements of publications, figure by figure and number by number",
+    "explore": "open a machine in the browser: it moves, with sliders, sections, diagrams, planes",
     "simulate": "simulate a motion and record every impact",
     "classify": "say on what a motion settles: periodic, quasiperiodic or chaotic, with its exponent",
     "lyapunov": "estimate the largest Lyapunov exponent of a motion, or all of them",

@@ -1,0 +1,4 @@
+declare module "virtual:kernel" {
+  export const fast: string;
+  export const plain: string;
+}
