@@ -562,10 +562,13 @@ def add_out(
     pictures: tuple[str, ...] = PICTURES,
     pages: tuple[str, ...] = (),
     data: tuple[str, ...] = DATA,
+    animations: tuple[str, ...] = (),
 ) -> None:
     """Add the option for output files; ``pages`` are suffixes of reports."""
-    parser.set_defaults(suffixes=data + pictures + pages)
-    kinds = {"the data": data, "a picture": pictures, "a report": pages}
+    parser.set_defaults(suffixes=data + pictures + pages + animations)
+    kinds = {
+        "the data": data, "a picture": pictures, "a report": pages, "an animation": animations,
+    }  # fmt: skip
     listed = [f"{what} ({', '.join(suffixes)})" for what, suffixes in kinds.items() if suffixes]
     parser.add_argument(
         "--out", action="append", default=[], metavar="FILE",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vibroimpact._core.files import write_files
-from vibroimpact.results.files import PAGES, PICTURES, content_of
+from vibroimpact.results.files import ANIMATIONS, PAGES, PICTURES, content_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,6 +24,7 @@ class Done(NamedTuple):
     # make a picture, and a report in HTML; called only where a file wants them
     picture: Picture | None = None
     page: Callable[[], str] | None = None
+    animation: Callable[[str], bytes] | None = None  # makes the content of a file with this suffix
 
 
 def write(paths: Sequence[Path], done: Done, columns: int | None = None) -> list[Path]:
@@ -42,6 +43,8 @@ def _files(path: Path, done: Done, columns: int | None) -> Iterator[tuple[Path, 
         printed = print_style(columns) if columns else nullcontext()
         with printed, _drawn(done.picture) as ax:
             yield path, content_of_picture(ax, suffix)
+    elif suffix in ANIMATIONS and done.animation:
+        yield path, done.animation(suffix)
     elif suffix in PAGES and done.page:
         yield path, done.page().encode()
     elif isinstance(data := done.data, list | tuple):

@@ -10,6 +10,7 @@ from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.toml_file import HybridCase
 from vibroimpact.model.system import mechanism_of
+from vibroimpact.results.files import ANIMATIONS
 from vibroimpact.simulation.hybrid_run import simulate_hybrid
 from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, RunEnd, simulate
@@ -23,6 +24,7 @@ EXAMPLE = (
 )
 LENGTH = ("impacts", "t_max")
 SHOWN_PERIODS = 6  # the picture shows so many forcing periods if no window is given
+FRAMES_PER_SECOND = 20  # of an animation
 TURN = 2.0 * 3.141592653589793
 
 
@@ -36,7 +38,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="time shown in the picture, in its units, which are seconds for a [physical] file "
         f"(default: the last {SHOWN_PERIODS} forcing periods)",
     )  # fmt: skip
-    common.add_out(parser)
+    common.add_out(parser, animations=ANIMATIONS)
 
 
 def run(arguments: argparse.Namespace) -> Done:
@@ -64,6 +66,7 @@ def run(arguments: argparse.Namespace) -> Done:
         ],
         motion,
         lambda: _picture(motion, arguments.window),
+        animation=lambda suffix: _animation(motion, arguments.window, suffix),
     )
 
 
@@ -79,6 +82,10 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
             f"{common.option(name)}: a [hybrid] starts as [start] says, has transitions and no impacts, and "
             "is drawn as a whole. Leave it out, or give --t-max."
         )
+    if any(path.suffix.lower() in ANIMATIONS for path in arguments.out):
+        raise InvalidParameterError(
+            "out: a [hybrid] has no masses and stops that could move. Give a picture, .nc or .csv."
+        )
     motion = simulate_hybrid(
         case.system, start.mode, start.state, phase=start.phase,
         **common.given(arguments, ("t_max",)),
@@ -90,7 +97,17 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:
-    if window:
-        return motion.plot(*window)
+    return motion.plot(*(window or _last(motion)))
+
+
+def _animation(motion: Run, window: list[float] | None, suffix: str) -> bytes:
+    from vibroimpact.plotting.animation import content_of_animation
+
+    moving = motion.animate(*(window or _last(motion)), frames_per_second=FRAMES_PER_SECOND)
+    return content_of_animation(moving, suffix, FRAMES_PER_SECOND)
+
+
+def _last(motion: Run) -> list[float]:
+    """Beginning of what is shown by default, the last periods."""
     omega, end = mechanism_of(motion.system).omega, float(motion.time[-1])
-    return motion.plot(max(0.0, end - SHOWN_PERIODS * TURN / omega) if omega else 0.0)
+    return [max(0.0, end - SHOWN_PERIODS * TURN / omega) if omega else 0.0]

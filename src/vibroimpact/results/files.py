@@ -43,6 +43,7 @@ XLSX = ".xlsx"
 SUFFIXES = (NETCDF, CSV, XLSX)
 PICTURES = (".svg", ".png", ".pdf")  # suffixes of files that plotting writes
 PAGES = (".html",)
+ANIMATIONS = (".gif", ".mp4", ".html")
 FORMAT = "vibroimpact result 1"
 STORED = "stored_"  # begins names of variables that are not for reading
 TEXT = STORED + "text"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,8 +38,11 @@ from vibroimpact.model.mechanism import (
 from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.results.result import Result, along, sized
+from vibroimpact.results.result import Result, along, plotting, sized
 from vibroimpact.simulation.reach import reach_in_words
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
 
 Phase = TypeVar("Phase", float, Floats)  # one, or an array of them
 
@@ -291,6 +294,40 @@ class Run(Result):
         n = self.position.shape[1]
         shape = (*times.shape, n)
         return both[:, :n].reshape(shape), both[:, n:].reshape(shape)
+
+    def animate(
+        self,
+        t0: float = 0.0,
+        t1: float | None = None,
+        *,
+        seconds: float = 6.0,
+        frames_per_second: int = 20,
+    ) -> FuncAnimation:
+        """Let the run move: bodies and stops above, the time history below; impacts flash.
+
+        Parameters
+        ----------
+        t0, t1
+            Window of time within the run; to its last event if ``t1`` is not given.
+        seconds
+            Length of the animation, > 0.
+        frames_per_second
+            Frames in a second of it, 1 to 100.
+
+        Returns
+        -------
+        matplotlib.animation.FuncAnimation
+            ``save("run.gif")`` writes it, in MP4 where FFmpeg is installed; ``to_jshtml()`` is a page of it.
+
+        Raises
+        ------
+        InvalidParameterError
+            A window outside the run, more than 5000 frames.
+        """
+        animation: FuncAnimation = plotting("animation").animate_run(
+            self, t0, t1, seconds=seconds, frames_per_second=frames_per_second
+        )
+        return animation
 
     def to_dataset(self) -> xr.Dataset:
         """Convert the record to an xarray dataset, with the states of all contacts and elements."""
