@@ -92,7 +92,8 @@ class Lanes:
             for _, _, side, _ in self.stops
         ]
         self.arms = [
-            ax.plot([], [], color=line.get_color(), linewidth=0.8)[0] for line in self.lines
+            ax.plot([], [], color=line.get_color(), linewidth=0.8, zorder=0)[0]
+            for line in self.lines
         ]
         self.flashes = [
             ax.plot([], [], "o", color=style.YELLOW, markersize=22.0, zorder=0)[0]
