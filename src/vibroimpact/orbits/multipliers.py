@@ -102,15 +102,15 @@ class PencilOf:
         basis, kept = section_basis(
             slopes, problem.left_out(compiled)
         )  # turns of its phase are whole
+        after_by, gap_by = parts.after_by[:, states], parts.gap_by[:, states]
         width = q - 1 + count
         tangent, gaps = np.zeros((q, width)), np.zeros((count, width))
         tangent[:, : q - 1] = basis
         for k in range(count):
-            by, gap_by = parts.after_by[k][states], parts.gap_by[k]
-            gaps[k] = gap_by[states] @ tangent
-            gaps[k, q - 1 + k] += gap_by[time]
-            tangent = by[:, states] @ tangent
-            tangent[:, q - 1 + k] += by[:, time]
+            gaps[k] = gap_by[k] @ tangent
+            gaps[k, q - 1 + k] += parts.gap_by[k, time]
+            tangent = after_by[k][:, states] @ tangent
+            tangent[:, q - 1 + k] += after_by[k, :, time]
         ends = (problem.mirror[:, None] * tangent)[kept]
         rows = np.concatenate([self.sizes[kept], self._guards])
         columns = np.concatenate([self.sizes[kept], self._times])
