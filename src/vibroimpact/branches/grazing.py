@@ -4,7 +4,8 @@ Method      For each stop and each flight the least gap at interior extrema (adm
             continuous function L of the curve's arclength, smooth except where another extremum
             becomes the least; own extrema of impacts, which appear and vanish at speed zero, are
             left out. Where L changes sign between neighbouring points, its zero is found by Brent's
-            method, every value at an orbit corrected on the curve. Where L has a minimum above zero
+            method, every value at an orbit corrected on the curve, from the zero of a polynomial through
+            the points around, and from the shares of mirror images. Where L has a minimum above zero
             among the points, it is minimised between its neighbours, to find two zeros closer than
             the points.                                                                       (1)
             It is a grazing if L is zero there, at an extremum: neither a jump of L nor the gap at
@@ -19,8 +20,10 @@ Reference   theory.md, "Branches"
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -30,7 +33,7 @@ from vibroimpact.branches.family import SPEED
 from vibroimpact.branches.verify import VANISHED_OF_LARGEST
 from vibroimpact.compile.prescribed import GAP_WATCH, PHASE, End
 from vibroimpact.continuation import Curve, LocatedPoint, Unresolved
-from vibroimpact.continuation.expansion import brent
+from vibroimpact.continuation.expansion import Function, brent
 from vibroimpact.continuation.newton import Node, correct
 from vibroimpact.continuation.problem import Problem, scaled
 from vibroimpact.model.stop import Stop
@@ -43,6 +46,9 @@ TEST = "gap"  # name of the least gap as a test function
 FINEST_OF_DISTANCE = 1e-13  # a point is known so well, relative to the distance of two points
 # a curve that turns further between two points is followed along the chord
 LEAST_COSINE_SQUARED = 0.25
+NEIGHBOURS = 6  # points of the polynomial from whose zero the search begins
+LEAST_NEIGHBOURS = 4
+NARROWEST_BRACKET = 1e-9  # half of a bracket around that zero, as a share of the distance, at least
 UNKNOWN = "the least gap is not known all the way between two points"
 # An extremum that is so near to an impact on the same stop, relative to the flight, belongs to it.
 EDGE_OF_FLIGHT = 1e-2
@@ -68,9 +74,9 @@ class _Between:
     """Orbits between two neighbouring points of a curve, by their share of the distance."""
 
     def __init__(
-        self, family: OrbitCurve, curve: Curve, i: int, bounds: tuple[float, float], place: Place
+        self, family: OrbitCurve, curve: Curve, i: int, bounds: tuple[float, float]
     ) -> None:
-        self.family, self.curve, self.i, self.place = family, curve, i, place
+        self.family, self.curve, self.i = family, curve, i
         self.problem = scaled(family, bounds)
         ends = [self.problem.scaled(curve.z[k], curve.parameter[k]) for k in (i, i + 1)]
         self.start, self.step = ends[0], ends[1] - ends[0]
@@ -101,33 +107,89 @@ class _Between:
             self.known[share] = (node, orbit) if node and orbit else None
         return self.known[share]
 
-    def gap(self, share: float) -> float:
+    def place_of(self, k: int) -> float:
+        """Share of the distance at which the projection of another point of the curve is."""
+        y = self.problem.scaled(self.curve.z[k], self.curve.parameter[k])
+        return float(self.step @ (y - self.start)) / self.size
+
+    def unresolved(self, reason: str) -> Unresolved | None:
+        """Part between the two points in which a grazing may be missed, unless (2) excludes it."""
+        speeds = [f for name, f in self.curve.tests.items() if name.startswith(SPEED)]
+        if any(f[self.i] * f[self.i + 1] <= 0.0 for f in speeds):
+            return None
+        return Unresolved(TEST, self.i, self.i + 1, reason)
+
+
+class _Gap:
+    """L of one stop and flight between two neighbouring points, at which it is known."""
+
+    def __init__(self, between: _Between, place: Place, values: Floats) -> None:
+        self.between, self.place, self.values = between, place, values
+        i = between.i
+        self.ends = {0.0: float(values[i]), 1.0: float(values[i + 1])}
+
+    def __call__(self, share: float) -> float:
         """L at this share: NaN where the orbit is unknown, infinite without such an extremum."""
-        found = self.at(share)
+        if share in self.ends:
+            return self.ends[share]
+        found = self.between.at(share)
         if not found or not found[1].converged:
             return math.nan
         gaps = found[1].gaps
         return gaps[self.place].gap if self.place in gaps else math.inf
 
+    def zero(self, low: float, high: float) -> float:
+        """A zero in a bracket; NaN where a value on the way is none."""
+        for bracket in (self._known(low, high), self._expected(low, high)):
+            if bracket and self(bracket[0]) * self(bracket[1]) <= 0.0:
+                low, high = bracket
+        return brent(self, low, high)
+
+    def _known(self, low: float, high: float) -> tuple[float, float] | None:
+        """The shares that are known already between which the sign changes.
+
+        Where a mirror image of this stop or flight has been touched they are close.
+        """
+        shares = [low, *sorted(x for x in self.between.known if low < x < high), high]
+        pairs = itertools.pairwise(shares)
+        return next((pair for pair in pairs if self(pair[0]) * self(pair[1]) <= 0.0), None)
+
+    def _expected(self, low: float, high: float) -> tuple[float, float] | None:
+        """A bracket around the zero of a polynomial through neighbouring points."""
+        i, count = self.between.i, len(self.values)
+        first = max(0, min(i - 2, count - NEIGHBOURS))
+        near = [
+            k for k in range(first, min(first + NEIGHBOURS, count)) if np.isfinite(self.values[k])
+        ]
+        at = np.array([self.between.place_of(k) for k in near])
+        if len(near) < LEAST_NEIGHBOURS or np.any(np.diff(at) <= 0.0):
+            return None
+        guesses = [
+            brent(_through(at[part], self.values[near][part]), low, high)
+            for part in (slice(None), slice(1, None) if i - near[0] > 1 else slice(-1))
+        ]
+        width = abs(guesses[1] - guesses[0]) + NARROWEST_BRACKET
+        return max(low, guesses[0] - width), min(high, guesses[0] + width)
+
     def grazing(self, share: float, crossing: int) -> Grazing | Unresolved | None:
         """Orbit at this share, if it grazes (2)."""
-        found = self.at(share)
+        found = self.between.at(share)
         if found is None:
-            return self.unresolved(UNKNOWN)
+            return self.between.unresolved(UNKNOWN)
         node, orbit = found
         nearest = orbit.gaps.get(self.place) if orbit.converged else None
         if nearest is None:
-            return self.unresolved(UNKNOWN)
+            return self.between.unresolved(UNKNOWN)
         if belongs_to_impact(orbit, nearest):
             return None
         if why := _no_touch(orbit, nearest):
-            return self.unresolved(why)
-        z, p = self.problem.solution(node.y)
-        length = self.curve.arclength
-        at = float(length[self.i] + share * (length[self.i + 1] - length[self.i]))
-        tangent = node.tangent * self.problem.sizes
-        moved = abs(tangent[-1]) * float(np.linalg.norm(self.step)) * FINEST_OF_DISTANCE
-        error = moved + math.ulp(p)
+            return self.between.unresolved(why)
+        z, p = self.between.problem.solution(node.y)
+        begun, ended = self.between.curve.arclength[self.between.i :][:2]
+        at = float(begun + share * (ended - begun))
+        tangent = node.tangent * self.between.problem.sizes
+        step = float(np.linalg.norm(self.between.step))
+        error = abs(tangent[-1]) * step * FINEST_OF_DISTANCE + math.ulp(p)
         point = LocatedPoint(
             test=TEST,
             parameter=p,
@@ -138,13 +200,6 @@ class _Between:
             crossing=crossing,
         )
         return Grazing(point, orbit, nearest)
-
-    def unresolved(self, reason: str) -> Unresolved | None:
-        """Part between the two points in which a grazing may be missed, unless (2) excludes it."""
-        speeds = [f for name, f in self.curve.tests.items() if name.startswith(SPEED)]
-        if any(f[self.i] * f[self.i + 1] <= 0.0 for f in speeds):
-            return None
-        return Unresolved(TEST, self.i, self.i + 1, reason)
 
 
 def belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
@@ -174,6 +229,12 @@ def _no_touch(orbit: Orbit, nearest: Nearest) -> str:
     return ""
 
 
+def _through(at: Floats, values: Floats) -> Function:
+    """The polynomial with these values at these places."""
+    fitted = np.polynomial.Polynomial.fit(at, values, len(at) - 1)
+    return lambda share: float(fitted(share))
+
+
 def grazings(
     family: OrbitCurve,
     curve: Curve,
@@ -181,27 +242,31 @@ def grazings(
     bounds: tuple[float, float],
 ) -> Iterator[Grazing | Unresolved]:
     """Every grazing of a curve, and parts that may hold one, from the least gaps at its points."""
+    between = cache(lambda i: _Between(family, curve, i, bounds))
     for place in sorted({place for here in gaps for place in here if not place.own}):
         values = np.array([here[place].gap if place in here else math.inf for here in gaps])
-        for i in range(len(curve) - 1):
-            if np.all(np.isfinite(values[i : i + 2])):
-                yield from _within(_Between(family, curve, i, bounds, place), values, i)
+        known = np.isfinite(values)
+        for i in np.flatnonzero(known[:-1] & known[1:]).tolist():
+            yield from _within(between, place, values, i)
 
 
-def _within(here: _Between, gaps: Floats, i: int) -> Iterator[Grazing | Unresolved]:
+def _within(
+    between: Callable[[int], _Between], place: Place, gaps: Floats, i: int
+) -> Iterator[Grazing | Unresolved]:
     """Grazings between points i and i + 1 (1)."""
     from scipy.optimize import minimize_scalar
 
     if _crosses(gaps, i):
-        yield from _zero(here, 0.0, 1.0)
+        yield from _zero(_Gap(between(i), place, gaps), 0.0, 1.0)
     elif gaps[i] > 0.0 and _dips(gaps, i):
+        gap = _Gap(between(i), place, gaps)
         most = float(gaps[i : i + 2].max())  # where L is infinite, its extremum has vanished
         low = minimize_scalar(
-            lambda share: min(here.gap(share), most), bounds=(0.0, 1.0), method="bounded"
+            lambda share: min(gap(share), most), bounds=(0.0, 1.0), method="bounded"
         )
         if not low.fun >= 0.0:
-            yield from _zero(here, 0.0, float(low.x))
-            yield from _zero(here, float(low.x), 1.0)
+            yield from _zero(gap, 0.0, float(low.x))
+            yield from _zero(gap, float(low.x), 1.0)
 
 
 def _crosses(gaps: Floats, i: int) -> bool:
@@ -222,12 +287,14 @@ def _dips(gaps: Floats, i: int) -> bool:
     return bool(fall > 0.0 and rise > 0.0 and min(gaps[i : i + 2]) < max(fall, rise))
 
 
-def _zero(here: _Between, low: float, high: float) -> Iterator[Grazing | Unresolved]:
-    at_low, at_high = here.gap(low), here.gap(high)
+def _zero(gap: _Gap, low: float, high: float) -> Iterator[Grazing | Unresolved]:
+    at_low, at_high = gap(low), gap(high)
     if at_low * at_high > 0.0:
         return
-    share = brent(here.gap, low, high)
+    share = gap.zero(low, high)
     crossing = 1 if at_high > at_low else -1
-    found = here.grazing(share, crossing) if math.isfinite(share) else here.unresolved(UNKNOWN)
+    found = (
+        gap.grazing(share, crossing) if math.isfinite(share) else gap.between.unresolved(UNKNOWN)
+    )
     if found is not None:
         yield found
