@@ -49,6 +49,7 @@ LEAST_COSINE_SQUARED = 0.25
 NEIGHBOURS = 6  # points of the polynomial from whose zero the search begins
 LEAST_NEIGHBOURS = 4
 NARROWEST_BRACKET = 1e-9  # half of a bracket around that zero, as a share of the distance, at least
+WIDENING_FACTOR = 16.0  # it is widened by this factor where L does not change its sign in it
 UNKNOWN = "the least gap is not known all the way between two points"
 # An extremum that is so near to an impact on the same stop, relative to the flight, belongs to it.
 EDGE_OF_FLIGHT = 1e-2
@@ -140,22 +141,19 @@ class _Gap:
 
     def zero(self, low: float, high: float) -> float:
         """A zero in a bracket; NaN where a value on the way is none."""
-        for bracket in (self._known(low, high), self._expected(low, high)):
-            if bracket and self(bracket[0]) * self(bracket[1]) <= 0.0:
-                low, high = bracket
-        return brent(self, low, high)
+        return brent(self, *self._narrowed(*self._between_known(low, high)))
 
-    def _known(self, low: float, high: float) -> tuple[float, float] | None:
+    def _between_known(self, low: float, high: float) -> tuple[float, float]:
         """The shares that are known already between which the sign changes.
 
         Where a mirror image of this stop or flight has been touched they are close.
         """
         shares = [low, *sorted(x for x in self.between.known if low < x < high), high]
         pairs = itertools.pairwise(shares)
-        return next((pair for pair in pairs if self(pair[0]) * self(pair[1]) <= 0.0), None)
+        return next((pair for pair in pairs if self(pair[0]) * self(pair[1]) <= 0.0), (low, high))
 
-    def _expected(self, low: float, high: float) -> tuple[float, float] | None:
-        """A bracket around the zero of a polynomial through neighbouring points."""
+    def _narrowed(self, low: float, high: float) -> tuple[float, float]:
+        """A smaller bracket, around the zero of a polynomial through neighbouring points."""
         i, count = self.between.i, len(self.values)
         first = max(0, min(i - 2, count - NEIGHBOURS))
         near = [
@@ -163,13 +161,18 @@ class _Gap:
         ]
         at = np.array([self.between.place_of(k) for k in near])
         if len(near) < LEAST_NEIGHBOURS or np.any(np.diff(at) <= 0.0):
-            return None
-        guesses = [
+            return low, high
+        fewer = slice(1, None) if i - near[0] > 1 else slice(-1)
+        share, other = (
             brent(_through(at[part], self.values[near][part]), low, high)
-            for part in (slice(None), slice(1, None) if i - near[0] > 1 else slice(-1))
-        ]
-        width = abs(guesses[1] - guesses[0]) + NARROWEST_BRACKET
-        return max(low, guesses[0] - width), min(high, guesses[0] + width)
+            for part in (slice(None), fewer)
+        )
+        width = abs(share - other) + NARROWEST_BRACKET
+        while True:
+            bracket = max(low, share - width), min(high, share + width)
+            if bracket == (low, high) or not self(bracket[0]) * self(bracket[1]) > 0.0:
+                return bracket
+            width *= WIDENING_FACTOR
 
     def grazing(self, share: float, crossing: int) -> Grazing | Unresolved | None:
         """Orbit at this share, if it grazes (2)."""
