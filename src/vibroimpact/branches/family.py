@@ -49,7 +49,7 @@ from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
-from vibroimpact.orbits.maps import SegmentMap, solved_map
+from vibroimpact.orbits.maps import SegmentMap, map_of
 from vibroimpact.orbits.multipliers import Pencil, PencilOf
 from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
@@ -292,7 +292,7 @@ class OrbitFamily(OrbitProblem):
 
     def forms(self, z: Floats, p: Value) -> SegmentMap:
         """Half map of a symmetric orbit, full map of others, with the (first) parameter."""
-        return solved_map(self.orbit(z, p), self.parameter)
+        return map_of(self, self.compiled(p), self.states_at(z, p), self.unpacked(z)[1])
 
     def _sticking(self, z: Floats, p: Value) -> dict[str, float]:
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""

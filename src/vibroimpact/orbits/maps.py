@@ -30,6 +30,7 @@ from vibroimpact.compile.prescribed import COASTING_STOP, End, Prescribed, compi
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged, later, mirrored, unfolded
 from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.problem import OrbitProblem
 
 HIGHEST_ORDER = 3  # the forms have derivatives up to this order
 NO_TIME_OF_PERIOD = 1e-9  # a segment that is shorter, relative to all of them, has no duration
@@ -128,7 +129,11 @@ class SegmentMap:
 def full_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
     """Return the full map P, over one period from just after the first impact."""
     orbit = converged(orbit)
-    return _around(orbit, parameter, half=False)
+    if not orbit.symmetric:
+        return solved_map(orbit, parameter)
+    kept = _section(orbit, orbit.signature.first)
+    ends = replace(orbit.signature, symmetric=False).ends
+    return _map(orbit, parameter, *unfolded(orbit), ends, (kept, kept), np.ones(len(kept)))
 
 
 def half_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
@@ -136,21 +141,29 @@ def half_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
     orbit = converged(orbit)
     if not orbit.symmetric:
         raise refusal("orbit", orbit, "symmetric: no other orbit has a half map")
-    return _around(orbit, parameter, half=True)
+    return solved_map(orbit, parameter)
 
 
 def solved_map(orbit: Orbit, parameter: str = "") -> SegmentMap:
     """Half map H if the orbit was solved as symmetric, else P."""
-    return _around(orbit, parameter, half=orbit.symmetric)
+    return map_of(orbit.problem, _compiled(orbit, parameter), orbit.states, orbit.durations)
 
 
-def _around(orbit: Orbit, parameter: str, *, half: bool) -> SegmentMap:
-    states, durations = (orbit.states, orbit.durations) if half else unfolded(orbit)
-    ends = replace(orbit.signature, symmetric=False).ends[: len(durations)]
-    kept = _section(orbit, orbit.signature.first)
-    n = orbit.mechanism.degrees
-    signs = np.where(np.array(kept) < 2 * n, -1.0, 1.0) if half else np.ones(len(kept))
-    return _map(orbit, parameter, states, durations, ends, (kept, kept), signs)
+def map_of(
+    problem: OrbitProblem, compiled: Prescribed, states: Floats, durations: Floats
+) -> SegmentMap:
+    """Half map H of orbits that are solved as symmetric, else P, from solved segments."""
+    first = problem.signature.first
+    left_out = compiled.solved_coordinate(first)
+    kept = tuple(i for i in problem.kept if i != left_out)
+    signs = np.ones(len(kept))
+    if problem.signature.symmetric:
+        signs[np.array(kept) < 2 * compiled.degrees] = -1.0
+    return SegmentMap(
+        compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
+        tuple(compiled.stop_numbers(problem.ends)), (compiled.stop_numbers([first])[0], left_out),
+        kept, kept, signs, np.zeros(4),
+    )  # fmt: skip
 
 
 def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap:
