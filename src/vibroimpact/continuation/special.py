@@ -179,12 +179,13 @@ def _polished(sampler: Sampler, name: str, a: float, b: float) -> LocatedZero | 
     s = low if true(low) == 0.0 else brent(true, low, high)
     if not np.isfinite(s):
         sampler.panel.unresolved.setdefault(name, NOT_FINITE)
-    size = max(abs(true(a)), abs(true(b)))
+    at_a, at_b = (true(x) if name in sampler.panel.unresolved else float(f.at(x)) for x in (a, b))
+    size = max(abs(at_a), abs(at_b))
     if not (np.isfinite(s) and abs(true(s)) <= ZERO_OF_CHANGE * size):
         return None
     rate = abs(true(high) - true(low)) / (high - low)
     error = _uncertainty(sampler, name, s, rate)
-    crossing = 1 if true(b) > 0.0 else -1
+    crossing = 1 if at_b > 0.0 else -1
     node = sampler.node(s)
     if node is None:
         return LocatedZero(
