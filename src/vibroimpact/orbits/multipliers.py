@@ -99,9 +99,8 @@ class PencilOf:
         problem, count = self.problem, len(self._guards)
         q, states, time = problem.size, problem.kept, 2 * compiled.degrees + 1
         slopes = compiled.slopes(problem.signature.first, parts.before[-1])[states]
-        basis, kept = section_basis(
-            slopes, problem.left_out(compiled)
-        )  # turns of its phase are whole
+        # of the phase only whole turns are left out
+        basis, kept = section_basis(slopes, problem.left_out(compiled))
         after_by, gap_by = parts.after_by[:, states], parts.gap_by[:, states]
         width = q - 1 + count
         tangent, gaps = np.zeros((q, width)), np.zeros((count, width))
