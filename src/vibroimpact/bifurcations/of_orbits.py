@@ -46,6 +46,11 @@ class OrbitPlane(OrbitFamily):
     ) -> None:
         super().__init__(system, signature, names[0], np.append(sizes, 1.0), events)
         self.names = names
+        if self.pivots:
+            raise InvalidParameterError(
+                "point: its orbit drifts, of which curves in two parameters are not followed. Follow branches at "
+                "several values of the other parameter."
+            )
         self.along = Along(system, names, self.codes)
         self.sizes = sizes
         self.rows = rows_of(self, sizes)

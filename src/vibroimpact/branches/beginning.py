@@ -105,7 +105,7 @@ def doubled(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start on the branch of the orbits of twice the period."""
     once = point.orbit.signature
     twice = once.repeated(2)
-    guess = repeated(unfolded(point.orbit), once.cycles, 2)
+    guess = repeated(unfolded(point.orbit), once.cycles, 2, point.orbit.progress)
     return _through(point, twice, guess, repeated(_tangent_of(point), 0, 2), bounds)
 
 

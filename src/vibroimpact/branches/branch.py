@@ -53,6 +53,8 @@ class Branch(Result):
         :class:`BifurcationPoint` in order along the branch.
     curve
         The continued curve: unknowns, residuals, Newton steps, reasons of both ends.
+    progress
+        How far each coordinate advances in a period, zero where nothing drifts, shape (n, coordinates).
     others
         Branches of other sequences with which it goes on where its own orbits end to be motions, in the order in
         which they were found; each has its own points and special points.
@@ -68,6 +70,7 @@ class Branch(Result):
     special_points: tuple[BifurcationPoint, ...] = field(metadata=rows("special", "kind"))
     curve: Curve = field(metadata=INSIDE, repr=False)
     family: OrbitFamily = field(repr=False)
+    progress: Floats = field(metadata=along("point", "coordinate", quantity="length"), repr=False)
     others: tuple[Branch, ...] = field(default=(), repr=False)
 
     def __len__(self) -> int:

@@ -207,6 +207,7 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
         ),
         curve=curve,
         family=family,
+        progress=np.array([o.progress for o in orbits]),
     )
 
 

@@ -14,6 +14,8 @@ Method      The equations are those of problem.py, in z (states and flight times
                 rest k   t_k of a flight in which a stop is rested on, or friction sticks; after a reversal the
                      force that would hold the slip less the static level, where that is above the kinetic one
                 chatter k  t_k of a rest that begins with chatter                          (4)
+                progress i the progress of (4) of problem.py
+                extremum i det [F_z F_p; g_z g_p], g the progress: zero where it has an extremum along the branch  (5)
             F being the half map of a symmetric orbit, the full map of others, mu its multipliers.
             (1) removes their poles at grazing; folds and branch points are found by continuation/.
             Without any loss multipliers come in pairs mu, 1 / mu and (3) is zero: it is left out.
@@ -67,6 +69,7 @@ from vibroimpact.results.tree import Missing
 SATURATION_OF_FASTEST = 0.05  # rho_ref has this ratio to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 REST, CHATTER = "rest", "chatter"
+PROGRESS, EXTREMUM = "progress", "extremum"
 EVENT = "event"
 
 
@@ -167,12 +170,17 @@ class OrbitFamily(OrbitProblem):
         impacts, cycles = self.signature.impacts, self.signature.cycles
         here, moved = self._around(z, math.pi * cycles), self._around(along, 0.0)
         pairs = [(impacts, here.states, moved.states)]
+        advance: Floats | float = 0.0
+        if self.pivots:
+            advance = self.drifts[: self.mechanism.degrees] @ self.progress(z, p)
         if not asymmetry(self.compiled(p).mechanism, self._cycles):
             half = math.pi * self._cycles
             states, changes = mirrored(here.states, half), mirrored(moved.states, 0.0)
             pairs.append((self.signature.mirrored.impacts, states, changes))
         return [
-            self._begun(k, Guess(states, here.durations), Guess(changes, moved.durations), near)
+            self._begun(
+                k, Guess(states, here.durations), Guess(changes, moved.durations), near, advance
+            )
             for sequence, states, changes in pairs
             for k in range(len(impacts))
             if (*sequence[k:], *sequence[:k]) == impacts
@@ -183,11 +191,14 @@ class OrbitFamily(OrbitProblem):
         once = Guess(*self.unpacked(z))
         return with_mirror(once, turn) if self.signature.symmetric else once
 
-    def _begun(self, k: int, orbit: Guess, along: Guess, near: Floats) -> Image:
+    def _begun(
+        self, k: int, orbit: Guess, along: Guess, near: Floats, advance: Floats | float
+    ) -> Image:
         """Orbit begun at segment k, with its phase near another one, and a direction there."""
         count, turn = len(self.impacts), 2.0 * math.pi * self._cycles
-        states, durations = rolled(orbit, self.signature.cycles, k)
+        states, durations = rolled(orbit, self.signature.cycles, k, advance)
         changes, delays = rolled(along, 0, k)
+        states, changes = self.centred(states), self.centred(changes)
         if turn:
             apart = self.unpacked(near)[0][0, -1] - states[0, -1]
             states = later(states, turn * round(apart / turn))
@@ -271,7 +282,19 @@ class OrbitFamily(OrbitProblem):
         watched = {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
         rests = rests_of(self.mechanism, self.signature)
         watched |= {f"{rests.get(k, FLIGHT)} {k}": float(t) for k, t in enumerate(durations)}
-        return watched | self._sticking(z, p) | self._reversing(z, p) | self._events(z, p)
+        watched |= self._sticking(z, p) | self._reversing(z, p) | self._events(z, p)
+        return watched | self._advancing(z, p) if self.pivots else watched
+
+    def _advancing(self, z: Floats, p: Value) -> dict[str, float]:
+        """Progress, and (5)."""
+        if isinstance(p, tuple):
+            return {}
+        found = {f"{PROGRESS} {i}": float(x) for i, x in enumerate(self.progress(z, p))}
+        upper = np.column_stack(self.jacobian(z, p)) / rows_of(self, self._sizes[:-1])[:, None]
+        for i, row in enumerate(self.progress_by(z, p)):
+            scaled = np.vstack([upper, row / self._sizes[self.pivots[i]]]) * self._sizes
+            found[f"{EXTREMUM} {i}"] = float(np.linalg.det(scaled))
+        return found
 
     def followed(self, p: Value) -> dict[str, Any]:
         """Values of the parameters that are followed, by name."""

@@ -84,7 +84,7 @@ def trimmed(branch: Branch) -> tuple[Branch, list[Border]]:
         ends[border.side] = End(Stopped.NO_MOTION, named.label if named else border.why)
     inside = np.flatnonzero((curve.arclength >= low) & (curve.arclength <= high) & admissible)
     here = slice(int(inside[0]), int(inside[-1]) + 1)
-    arrays = ("values", "multipliers", "stability", "clearance", "impact_speed")
+    arrays = ("values", "multipliers", "stability", "clearance", "impact_speed", "progress")
     part = replace(
         branch,
         **{name: getattr(branch, name)[here] for name in arrays},

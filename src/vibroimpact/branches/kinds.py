@@ -15,7 +15,17 @@ from typing import Any
 from vibroimpact._core.checks import refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.branches.beginning import branching, doubled, grown, neighbouring, shrunk
-from vibroimpact.branches.family import CHATTER, EVENT, FLIGHT, REST, SPEED, STICK, OrbitFamily
+from vibroimpact.branches.family import (
+    CHATTER,
+    EVENT,
+    EXTREMUM,
+    FLIGHT,
+    PROGRESS,
+    REST,
+    SPEED,
+    STICK,
+    OrbitFamily,
+)
 from vibroimpact.branches.touch import touch
 from vibroimpact.normal_forms import codimension_one as maps
 from vibroimpact.normal_forms.kind import PointKind, by_label
@@ -51,8 +61,16 @@ CHATTERING = PointKind(
     "CHAT", "chatter is completed", "completed chatter begins or ends: the rest after it takes no time", touch=True,
     test=CHATTER, begins=neighbouring,
 )  # fmt: skip
+STANDING = PointKind(
+    "STILL", "no progress", "zero progress: beyond it the machine advances the other way", test=PROGRESS,
+)  # fmt: skip
+EXTREME = PointKind(
+    "PEAK", "extremal progress", "extremal progress: beside it the machine advances less, or more", test=EXTREMUM,
+)  # fmt: skip
 LEVEL = PointKind("level", "level of a function", "level: a function keeps its value")
-ONE = by_label((SN, PD, NS, BP, GR, ZERO, SIM, STICKING, RESTING, CHATTERING, LEVEL))
+ONE = by_label(
+    (SN, PD, NS, BP, GR, ZERO, SIM, STICKING, RESTING, CHATTERING, STANDING, EXTREME, LEVEL)
+)
 
 OF_TESTS = {kind.test: kind for kind in ONE.values() if kind.test}
 EVENTS = by_label(kind for kind in ONE.values() if kind.function)

@@ -33,7 +33,13 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
-from vibroimpact.orbits.problem import Flight, forcing_repeats, least_cycles, without_events
+from vibroimpact.orbits.problem import (
+    Flight,
+    forcing_repeats,
+    least_cycles,
+    resisted_translations,
+    without_events,
+)
 from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, Status
 
@@ -333,7 +339,7 @@ Found = tuple[int, int, bool]
 
 
 def _drift(run: Run, events: Events, cycles: int | None) -> str:
-    """Sentence about a settled motion that closes but for a shift of the machine; "" for others."""
+    """Sentence about a settled motion that closes but for a shift that nothing resists; "" for others."""
     m = mechanism_of(run.system)
     translations = translations_of(m)
     if not translations.references:
@@ -372,7 +378,18 @@ def _drift_words(advance: Floats, least: float, cycles: int) -> str:
 
 
 def _settled_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
-    return _nearest_loop(run, events.states[events.counted], events, cycles)
+    return _nearest_loop(run, _compared(run, events), events, cycles)
+
+
+def _compared(run: Run, events: Events) -> Floats:
+    """States after the counted events, without the shift of a machine along which a loop need not close."""
+    m, states = mechanism_of(run.system), events.states[events.counted]
+    translations, n = translations_of(m), m.degrees
+    if not translations.references or resisted_translations(m).shape[1] < len(
+        translations.references
+    ):
+        return states
+    return np.hstack([translations.removed(states[:, :n]), states[:, n:]])
 
 
 def _nearest_loop(

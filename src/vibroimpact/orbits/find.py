@@ -110,7 +110,7 @@ def find_orbit(
     Orbit
         In a family of orbits (``family_dimension``), the one next to the guess. With ``converged``
         False and a sentence in ``status`` where none was reached, where none exists because every
-        impact loses energy, where the motion drifts, or has several impacts at once in every
+        impact loses energy, where the motion drifts by its momentum, or has several impacts at once in every
         period.
 
     Raises
@@ -279,31 +279,35 @@ def mirrored(states: Floats, turn: float) -> Floats:
     return images
 
 
-def later(states: Floats, turn: float) -> Floats:
-    """States (x, v, theta + turn) of states (x, v, theta) in rows."""
+def later(states: Floats, turn: float, advance: Floats | float = 0.0) -> Floats:
+    """States (x + advance, v, theta + turn) of states (x, v, theta) in rows."""
     moved = states.copy()
+    moved[:, : states.shape[1] // 2] += advance
     moved[:, -1] += turn
     return moved
 
 
-def repeated(once: Guess, cycles: int, times: int) -> Guess:
-    """Loop of so many forcing cycles, repeated several times."""
-    turns = 2.0 * math.pi * cycles * np.arange(times)
-    states = np.vstack([later(once.states, turn) for turn in turns])
+def repeated(once: Guess, cycles: int, times: int, advance: Floats | float = 0.0) -> Guess:
+    """Loop of so many forcing cycles, in which coordinates advance, repeated several times."""
+    turn = 2.0 * math.pi * cycles
+    states = np.vstack([later(once.states, turn * k, advance * k) for k in range(times)])
     return Guess(states, np.tile(once.durations, times))
 
 
-def rolled(once: Guess, cycles: int, first: int) -> Guess:
-    """Loop of so many forcing cycles, begun at a later segment."""
-    passed = later(once.states[:first], 2.0 * math.pi * cycles)
+def rolled(once: Guess, cycles: int, first: int, advance: Floats | float = 0.0) -> Guess:
+    """Loop of so many forcing cycles, in which coordinates advance, begun at a later segment."""
+    passed = later(once.states[:first], 2.0 * math.pi * cycles, advance)
     return Guess(np.vstack([once.states[first:], passed]), np.roll(once.durations, -first))
 
 
 def rotated(orbit: Orbit, count: int) -> Orbit:
     """Rotate an orbit, so that a later impact is its first."""
     moved, m = orbit.signature.rolled(count), len(orbit.durations)
-    states, durations = rolled(unfolded(orbit), moved.cycles, count)
-    return replace(orbit, signature=moved, states=states[:m], durations=durations[:m])
+    states, durations = rolled(unfolded(orbit), moved.cycles, count, orbit.progress)
+    turned = OrbitProblem(orbit.system, moved, orbit.parameter)
+    return replace(
+        orbit, signature=moved, states=turned.centred(states[:m]), durations=durations[:m]
+    )
 
 
 def solve(
@@ -324,7 +328,8 @@ def solve(
             f"guess has states {states.shape} and durations {durations.shape}; expected "
             f"{(m, 2 * problem.mechanism.degrees + 1)} and {(m,)} for the {m} impacts to solve for."
         )
-    z, residual, status = newton(problem, problem.packed(states, durations), iterations, halvings)
+    start = problem.packed(problem.centred(states), durations)
+    z, residual, status = newton(problem, start, iterations, halvings)
     if status != FOUND:
         status = why_none(problem.mechanism, signature.impacts) or status
     states, durations = problem.unpacked(z)
@@ -397,6 +402,7 @@ def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:
         return False
     states, kept = guess.states, orbit.problem.kept
     drift = np.append(np.zeros(states.shape[1] - 1), 2.0 * math.pi * cycles / k)
+    drift[: orbit.mechanism.degrees] = orbit.progress / k
     change = np.abs(states[part:] - states[:-part] - drift)[:, kept]
     sizes = scale_of(orbit.problem, orbit.problem.packed(orbit.states, orbit.durations))
     return bool(np.all(change <= SAME_ORBIT_RELATIVE * sizes[: len(kept)]))

@@ -60,6 +60,9 @@ class SegmentMap:
     signs: Floats = field(repr=False)  # of the coordinates at the end
     period: Floats = field(repr=False)  # whole time, with derivatives by the parameter
     last: int = 0  # number of the mode in which it coasts
+    relative: Floats | None = field(
+        default=None, repr=False
+    )  # takes out what drifts, of (x, v, theta)
 
     @property
     def dimension(self) -> int:
@@ -101,8 +104,10 @@ class SegmentMap:
         all_orders = self.compiled.kernel.forms(
             self.states, self.durations, list(self.ends), *self.start, self.period, self.last, seeds
         )
-        highest: Floats = all_orders[-1, list(self.kept_out)]
-        return self.signs * highest
+        highest: Floats = all_orders[-1]
+        if self.relative is not None:
+            highest = self.relative @ highest[: len(self.relative)]
+        return self.signs * highest[list(self.kept_out)]
 
     def jacobian(self) -> Floats:
         """Return the Jacobian DF, shape (d, d)."""
@@ -232,14 +237,14 @@ def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> Se
         for k, end in enumerate(ends)
     ]
     flown = [k for k in range(segment, last) if not none[k]]
-    kept = tuple(i for i in problem.kept if i < 2 * compiled.degrees)
+    kept = tuple(i for i in _measured(orbit) if i < 2 * compiled.degrees)
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
     c = (turn / omega).coefficients
     return SegmentMap(
         compiled, np.ascontiguousarray(states[[*flown, last]]), np.append(durations[flown], time),
         (*compiled.stop_numbers(ends[k] for k in flown), COASTING_STOP), (COASTING_STOP, 0), kept, kept,
         problem.mirror[: len(kept)].copy(), np.array([c[0], c[1], c[3], c[7]]),
-        compiled.mode_number(ends[segment].mode),
+        compiled.mode_number(ends[segment].mode), _relative(orbit),
     )  # fmt: skip
 
 
@@ -261,7 +266,23 @@ def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
 
 def _section(orbit: Orbit, impact: End) -> tuple[int, ...]:
     left_out = orbit.problem.own.solved_coordinate(impact)
-    return tuple(i for i in orbit.problem.kept if i != left_out)
+    return tuple(i for i in _measured(orbit) if i != left_out)
+
+
+def _measured(orbit: Orbit) -> list[int]:
+    """Entries of (x, v, theta) that are states, without those by which a drift is measured."""
+    problem = orbit.problem
+    return [i for k, i in enumerate(problem.kept) if k not in problem.pivots]
+
+
+def _relative(orbit: Orbit) -> Floats | None:
+    """Matrix that takes the drift out of changes of (x, v, theta); None where nothing drifts."""
+    problem = orbit.problem
+    if not problem.pivots:
+        return None
+    whole = np.eye(2 * orbit.mechanism.degrees + 1)
+    whole[np.ix_(problem.kept, problem.kept)] = problem.relative
+    return whole
 
 
 def _map(
@@ -279,5 +300,5 @@ def _map(
     start = compiled.stop_numbers([first])[0], compiled.solved_coordinate(first)
     return SegmentMap(
         compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
-        tuple(compiled.stop_numbers(ends)), start, *kept, signs, np.zeros(4),
+        tuple(compiled.stop_numbers(ends)), start, *kept, signs, np.zeros(4), relative=_relative(orbit),
     )  # fmt: skip

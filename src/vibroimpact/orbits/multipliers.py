@@ -91,8 +91,9 @@ class PencilOf:
         self.problem, self.sizes = problem, sizes
         self._guards = guard_sizes(problem, sizes)
         self._times = np.full(len(self._guards), sizes[problem.size])
-        width = problem.size - 1 + len(self._guards)
-        self._marks = np.diag(np.arange(width) < problem.size - 1).astype(float)
+        self._free = problem.size - 1 - len(problem.pivots)
+        width = self._free + len(self._guards)
+        self._marks = np.diag(np.arange(width) < self._free).astype(float)
 
     def at(self, compiled: Prescribed, parts: Linearised) -> Pencil:
         """Pencil of an orbit, from the system compiled at its parameter and its solved segments."""
@@ -101,17 +102,20 @@ class PencilOf:
         slopes = compiled.slopes(problem.signature.first, parts.before[-1])[states]
         # of the phase only whole turns are left out
         basis, kept = section_basis(slopes, problem.left_out(compiled))
+        chosen = [k for k, i in enumerate(kept) if i not in problem.pivots]
+        basis, kept = basis[:, chosen], [kept[k] for k in chosen]
         after_by, gap_by = parts.after_by[:, states], parts.gap_by[:, states]
-        width = q - 1 + count
+        free = self._free
+        width = free + count
         tangent, gaps = np.zeros((q, width)), np.zeros((count, width))
-        tangent[:, : q - 1] = basis
+        tangent[:, :free] = basis
         for k in range(count):
             gaps[k] = gap_by[k] @ tangent
-            gaps[k, q - 1 + k] += parts.gap_by[k, time]
+            gaps[k, free + k] += parts.gap_by[k, time]
             tangent = after_by[k][:, states] @ tangent
-            tangent[:, q - 1 + k] += after_by[k, :, time]
-        ends = (problem.mirror[:, None] * tangent)[kept]
+            tangent[:, free + k] += after_by[k, :, time]
+        ends = (problem.mirror[:, None] * (problem.relative @ tangent))[kept]
         rows = np.concatenate([self.sizes[kept], self._guards])
         columns = np.concatenate([self.sizes[kept], self._times])
         scaled = np.vstack([ends, gaps]) / rows[:, None] * columns
-        return Pencil(scaled, self._marks, q - 1, max(compiled.layout.forgotten))
+        return Pencil(scaled, self._marks, free, max(compiled.layout.forgotten))

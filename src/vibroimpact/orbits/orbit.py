@@ -175,6 +175,16 @@ class Orbit(Result):
         return float(self.durations.sum()) * (2.0 if self.symmetric else 1.0)
 
     @cached_property
+    def progress(self) -> Floats:
+        """How far each coordinate advances in a period, shape (n,); zero where nothing drifts."""
+        n = self.mechanism.degrees
+        if not self.converged or not self.problem.pivots:
+            return np.zeros(n) if self.converged else np.full(n, math.nan)
+        z = self.problem.packed(self.states, self.durations)
+        along: Floats = self.problem.drifts[:n] @ self.problem.progress(z, self.parameter_value)
+        return along
+
+    @cached_property
     def half_multipliers(self) -> Complexes | None:
         """Multipliers nu of the half map H of a symmetric orbit, largest first; else None."""
         return self._of_solved_map if self.symmetric else None
@@ -225,7 +235,8 @@ class Orbit(Result):
     @cached_property
     def _of_solved_map(self) -> Complexes:
         if not self.converged or self.rateless:
-            return np.full(self.problem.size - 1, complex(math.nan, math.nan))
+            free = self.problem.size - 1 - len(self.problem.pivots)
+            return np.full(free, complex(math.nan, math.nan))
         sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
         return PencilOf(self.problem, sizes).at(self.problem.own, self.linearised).eigenvalues()
 

@@ -8,6 +8,10 @@ Method      Unknowns are, for every segment k, the state zeta_k = (x, v, theta) 
             or, for orbits that the symmetry S: (x, v) -> (-x, -v), theta -> theta + pi maps to
             themselves, half of the segments and
                 zeta_m = S zeta_0 with theta + pi cycles, cycles odd.                           (3)
+            Along a displacement d that changes nothing (translations.py) and that friction or a dashpot to the
+            ground resists, the orbit need not close: with j an entry of d that is 1, in place of (2)
+                (zeta_m - zeta_0)_i - d_i (zeta_m - zeta_0)_j = 0, i other than j;   x_j of zeta_0 = 0;  (4)
+            (zeta_m - zeta_0)_j is the progress. The multiplier 1 along d is left out.
             Times being unknowns, the equations stay regular where an impact grazes.
             Without forcing theta and its equation are left out; the period is free.
 Accuracy    Jacobians by jets through the same flight; no differences.
@@ -40,10 +44,11 @@ from vibroimpact.compile.prescribed import (
     Prescribed,
     compile_prescribed,
 )
-from vibroimpact.model.mechanism import Mechanism, symmetric
+from vibroimpact.model.mechanism import Mechanism, as_array, symmetric
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.model.translations import translations_of
 
 Value = float | tuple[float, ...]  # of the parameter, or of several
 Key = TypeVar("Key")
@@ -166,6 +171,35 @@ def without_events(m: Mechanism, mode: int, cycles: int, symmetric: bool | None)
     sides = (1, -1) if symmetric else (1,)
     flights = tuple(Flight(mode, PHASE_WATCH) for _ in sides)
     return Signature(tuple(Stop(PHASE, side) for side in sides), cycles, symmetric, flights)
+
+
+def resisted_translations(m: Mechanism) -> Floats:
+    """Displacements that change nothing, but for forces against their speed, shape (n, k).
+
+    Those that nothing resists keep their momentum: a family of orbits, of which those are solved for that close.
+    """
+    directions = translations_of(m).directions
+    if not directions.size:
+        return directions
+    rows = [np.array(element.row) for element in m.elements if element.row]
+    damping = as_array(m.damping)
+    seen = [
+        bool(np.abs(damping @ d).max() > 0.0 or any(abs(row @ d) > 0.0 for row in rows))
+        for d in directions.T
+    ]
+    return directions[:, seen]
+
+
+def pivots_of(directions: Floats, left_out: int) -> list[int]:
+    """Entries by which displacements are measured: one of each, the largest that are left, and another than one."""
+    left, found = directions.copy(), list[int]()
+    for k in range(left.shape[1]):
+        sizes = np.abs(left[:, k])
+        sizes[[left_out, *found]] = 0.0
+        j = int(np.argmax(sizes))
+        found.append(j)
+        left = left - np.outer(left[:, k] / left[j, k], left[j]) * (np.arange(left.shape[1]) > k)
+    return found
 
 
 def check_signature(m: Mechanism, signature: Signature) -> None:
@@ -320,6 +354,8 @@ class OrbitProblem:
     kept
         Entries of zeta that are unknowns: without forcing not theta, and of massless coordinates not
         the velocities, which follow from the others; ``size`` is their number.
+    drifts
+        d of (4), shape (size, k) by the unknowns of a state; ``pivots`` are the numbers j.
     """
 
     system: System
@@ -351,6 +387,16 @@ class OrbitProblem:
         if self.mechanism.forces:
             share = 0.5 if self.signature.symmetric else 1.0
             self.turn[-1] = 2.0 * math.pi * self.signature.cycles * share
+        self.drifts, self.pivots = np.zeros((self.size, 0)), []
+        resisted = None if self.signature.symmetric else resisted_translations(self.mechanism)
+        if resisted is not None and resisted.size:
+            self.drifts = np.zeros((self.size, resisted.shape[1]))
+            self.drifts[:n] = resisted
+            self.pivots = pivots_of(self.drifts, self.left_out(self.own))
+            self.drifts = self.drifts @ np.linalg.inv(self.drifts[self.pivots])
+        self.relative = np.eye(self.size)  # of (4)
+        self.relative[:, self.pivots] -= self.drifts
+        self.relative[self.pivots] = 0.0
 
     def system_at(self, p: Value) -> System:
         """System at the value p of the parameter; the latest ones, with their mechanisms, are kept."""
@@ -411,7 +457,37 @@ class OrbitProblem:
     def _residual(self, z: Floats, parts: Linearised) -> Floats:
         rows = np.reshape(z, (len(self.impacts), self.size + 1))[:, : self.size]
         target = np.vstack([rows[1:], self.mirror * rows[0] + self.turn])
-        return np.column_stack([parts.after[:, self.kept] - target, parts.gap]).ravel()
+        moved = parts.after[:, self.kept] - target
+        if self.pivots:
+            moved[-1] = self.relative @ moved[-1]
+            moved[-1, self.pivots] = rows[0, self.pivots]
+        return np.column_stack([moved, parts.gap]).ravel()
+
+    def progress(self, z: Floats, p: Value) -> Floats:
+        """Progress of (4) along each displacement, shape (k,)."""
+        first = np.reshape(z, (len(self.impacts), self.size + 1))[0, : self.size]
+        return (self.linearised(z, p).after[-1, self.kept] - first)[self.pivots]
+
+    def progress_by(self, z: Floats, p: Value) -> Floats:
+        """Derivatives of the progress by z and, last, by p, shape (k, d + 1)."""
+        parts, q = self.linearised(z, p), self.size
+        columns = [*self.kept, 2 * self.mechanism.degrees + 1]
+        entries = [self.kept[j] for j in self.pivots]
+        out = np.zeros((len(self.pivots), len(z) + 1))
+        last = (len(self.impacts) - 1) * (q + 1)
+        out[:, last : last + q + 1] = parts.after_by[-1][np.ix_(entries, columns)]
+        out[range(len(self.pivots)), self.pivots] -= 1.0
+        out[:, -1] = parts.after_by[-1][entries, -1]
+        return out
+
+    def centred(self, states: Floats) -> Floats:
+        """States (m, 2n + 1) displaced so that the first fulfils (4)."""
+        if not self.pivots:
+            return states
+        out = states.copy()
+        first = states[0, [self.kept[j] for j in self.pivots]]
+        out[:, self.kept] -= self.drifts @ first
+        return out
 
     def jacobian(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
         """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
@@ -431,6 +507,10 @@ class OrbitProblem:
         matrix[ks, q, ks] = parts.gap_by[:, columns]
         matrix[ks, :q, (ks + 1) % m, :q] -= following
         by_parameter = np.column_stack([of_state[:, :, -1], parts.gap_by[:, -1]])
+        if self.pivots:
+            matrix[-1, :q] = np.tensordot(self.relative, matrix[-1, :q], axes=1)
+            matrix[-1, self.pivots, 0, self.pivots] = 1.0
+            by_parameter[-1, :q] = self.relative @ by_parameter[-1, :q]
         d = m * (q + 1)
         return self._residual(z, parts), matrix.reshape(d, d), by_parameter.ravel()
 

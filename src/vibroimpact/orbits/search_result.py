@@ -177,8 +177,7 @@ class OrbitSearch(Result):
     def _by_orbit(self) -> dict[str, tuple[Any, ...]]:
         """Variables with one entry or row per orbit."""
         every, place = self.orbits, ("orbit", "multiplier")
-        m = mechanism_of(self.system)
-        count = 2 * m.degrees - (0 if m.forces else 1)
+        count = len(every[0].multipliers) if every else 0
         values = np.array([o.multipliers for o in every]).reshape(len(every), count)
         return {
             "symbol": ("orbit", [o.symbol for o in every]),
