@@ -160,14 +160,14 @@ def map_of(
     """Half map H of orbits that are solved as symmetric, else P, from solved segments."""
     first = problem.signature.first
     left_out = compiled.solved_coordinate(first)
-    kept = tuple(i for i in problem.kept if i != left_out)
+    kept = tuple(i for i in _measured(problem) if i != left_out)
     signs = np.ones(len(kept))
     if problem.signature.symmetric:
         signs[np.array(kept) < 2 * compiled.degrees] = -1.0
     return SegmentMap(
         compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
         tuple(compiled.stop_numbers(problem.ends)), (compiled.stop_numbers([first])[0], left_out),
-        kept, kept, signs, np.zeros(4),
+        kept, kept, signs, np.zeros(4), relative=_relative(problem),
     )  # fmt: skip
 
 
@@ -237,14 +237,14 @@ def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> Se
         for k, end in enumerate(ends)
     ]
     flown = [k for k in range(segment, last) if not none[k]]
-    kept = tuple(i for i in _measured(orbit) if i < 2 * compiled.degrees)
+    kept = tuple(i for i in _measured(problem) if i < 2 * compiled.degrees)
     omega = Jet.of(compiled.omega_orders[0], _as_coefficients(compiled.omega_orders))
     c = (turn / omega).coefficients
     return SegmentMap(
         compiled, np.ascontiguousarray(states[[*flown, last]]), np.append(durations[flown], time),
         (*compiled.stop_numbers(ends[k] for k in flown), COASTING_STOP), (COASTING_STOP, 0), kept, kept,
         problem.mirror[: len(kept)].copy(), np.array([c[0], c[1], c[3], c[7]]),
-        compiled.mode_number(ends[segment].mode), _relative(orbit),
+        compiled.mode_number(ends[segment].mode), _relative(problem),
     )  # fmt: skip
 
 
@@ -266,21 +266,19 @@ def _compiled(orbit: Orbit, parameter: str) -> Prescribed:
 
 def _section(orbit: Orbit, impact: End) -> tuple[int, ...]:
     left_out = orbit.problem.own.solved_coordinate(impact)
-    return tuple(i for i in _measured(orbit) if i != left_out)
+    return tuple(i for i in _measured(orbit.problem) if i != left_out)
 
 
-def _measured(orbit: Orbit) -> list[int]:
+def _measured(problem: OrbitProblem) -> list[int]:
     """Entries of (x, v, theta) that are states, without those by which a drift is measured."""
-    problem = orbit.problem
     return [i for k, i in enumerate(problem.kept) if k not in problem.pivots]
 
 
-def _relative(orbit: Orbit) -> Floats | None:
+def _relative(problem: OrbitProblem) -> Floats | None:
     """Matrix that takes the drift out of changes of (x, v, theta); None where nothing drifts."""
-    problem = orbit.problem
     if not problem.pivots:
         return None
-    whole = np.eye(2 * orbit.mechanism.degrees + 1)
+    whole = np.eye(2 * problem.mechanism.degrees + 1)
     whole[np.ix_(problem.kept, problem.kept)] = problem.relative
     return whole
 
@@ -300,5 +298,5 @@ def _map(
     start = compiled.stop_numbers([first])[0], compiled.solved_coordinate(first)
     return SegmentMap(
         compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
-        tuple(compiled.stop_numbers(ends)), start, *kept, signs, np.zeros(4), relative=_relative(orbit),
+        tuple(compiled.stop_numbers(ends)), start, *kept, signs, np.zeros(4), relative=_relative(orbit.problem),
     )  # fmt: skip
