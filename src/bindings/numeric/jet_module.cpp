@@ -139,7 +139,7 @@ void bind_comparisons(Class& c) {
 
 recorded modulus(const recorded& x) {
     return compared(relation::less, x, 0.0, x.value < 0.0) ? alone(operation::negate, x, -x.value)
-                                                          : x;
+                                                           : x;
 }
 
 void bind_recording(nb::module_& m) {
