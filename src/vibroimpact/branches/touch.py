@@ -33,8 +33,6 @@ from vibroimpact.branches.point import TOUCH_RELATIVE, BifurcationPoint
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import GAP_WATCH, End, Prescribed
 from vibroimpact.model.elements.element import Element
-from vibroimpact.model.elements.rigid_stop import RigidStop
-from vibroimpact.model.elements.soft_stop import SoftStop, SoftStopState
 from vibroimpact.model.mechanism import Mechanism, accelerations
 from vibroimpact.model.stop import Stop
 from vibroimpact.normal_forms.critical import HALF_OF_THE_DIGITS, Refusal, Status
@@ -204,13 +202,13 @@ def _another(point: BifurcationPoint) -> str:
 def why_no_law(m: Mechanism, end: End) -> str:
     """Reason why the touch of a guard has no law here; "" where it has one."""
     element = element_at(m, end)
-    if not isinstance(element, RigidStop | SoftStop):
+    if not element.is_stop:
         return "what is touched is no stop: of friction and switches no normal form is known here"
     if any(element.row[i] for i in m.massless):
         return "the stop is touched by a coordinate without mass"
     rigid = len(m.rigid_stops)
     states = states_from_code(end.mode, rigid, len(m.switching))
-    inside = end.contact >= rigid and states[end.contact - rigid] != SoftStopState.OPEN
+    inside = end.contact >= rigid and states[end.contact - rigid]  # open is 0
     return "the soft stop is touched from within" if inside else ""
 
 
@@ -218,14 +216,15 @@ def jump_at(at: TouchedMap, end: End) -> tuple[ContactLaw, Floats]:
     """Law of a stop that is touched from outside, and E over (x, v, theta)."""
     m, a = at.solved.compiled.mechanism, at.acceleration
     element = element_at(m, end)
-    if not isinstance(element, SoftStop):
+    if element.rigid:
         restitution = Stop(end.contact, end.side).restitution(m.rigid_stops)
         return ContactLaw.RIGID, (1.0 + restitution) * math.sqrt(2.0 * a) * at.push / at.lift  # (1)
     spring = element.spring_at(end.side)
+    assert spring is not None
     share = 4.0 / 3.0 * math.sqrt(2.0 / a)
-    if spring.damping and element.law == "unilateral":
+    if spring.damping and element.damping_law == "unilateral":
         return ContactLaw.PRESSING, spring.damping * at.push  # (4)
-    if spring.damping and element.law == "linear":
+    if spring.damping and element.damping_law == "linear":
         rates = _rates(at.solved.compiled, end.mode, at.push)
         return ContactLaw.PULLING, share * (
             spring.stiffness * at.push + spring.damping * rates

@@ -102,6 +102,11 @@ class Element(ABC):
         """Spring that presses beyond the stop of a side; None where there is none."""
         return None
 
+    @property
+    def damping_law(self) -> str:
+        """How the dashpot of a stop acts: "linear", "unilateral", "limited"; "" where it has none."""
+        return ""
+
     def limit_at(self, side: int) -> float:
         """Limit at which the stop of a side begins; infinite where there is none."""
         spring = self.spring_at(side)

@@ -116,6 +116,11 @@ class SoftStop(Element):
         check_choice("law", self.law, list(get_args(StopLaw)))
         object.__setattr__(self, "motion", as_lines("motion", self.motion))
 
+    @property
+    def damping_law(self) -> str:
+        """The law of its dashpot."""
+        return self.law
+
     def spring_at(self, side: int) -> Spring:
         """Spring and dashpot at the stop of a side."""
         i = 1 if side > 0 else 0
