@@ -11,9 +11,11 @@ from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.explorer.page import Server, check_built, page_with
 from vibroimpact.explorer.page_data import catalogue, machine_data, title_of
+from vibroimpact.machines.registry import DEFAULT
 from vibroimpact.results.files import PAGES
 
 EXAMPLE = "  vibroimpact explore impact-damper/A --omega 1.0"
+FIRST = "impact-damper/2a"  # where nothing else is named
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -32,6 +34,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Done:
     """Write the page, or serve it until Ctrl-C."""
     check_built()
+    if arguments.machine == DEFAULT and not (arguments.case or arguments.config):
+        arguments.case = FIRST
     case = common.case_of(arguments)
     data = machine_data(case.system, case.start)
     name, machines = data["name"], catalogue()
