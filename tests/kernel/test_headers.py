@@ -37,7 +37,7 @@ extern "C" __global__ void one_event(const vi::hybrid<small>* s,
 template <class Map>
 __global__ void one_segment(const Map* map, const typename Map::stop_type* stop,
                             vi::orbit_state<form>* z, double t) {
-    map->template impact<3>(*stop, z[threadIdx.x], t);
+    map->template impact<3>(*stop, z[threadIdx.x], map->field.at_time(t), t);
 }
 """
 )
@@ -52,7 +52,7 @@ extern "C" double one_event(const vi::hybrid<small>* s, point* at,
 }
 extern "C" double one_segment(const map* m, const map::stop_type* stop,
                               vi::orbit_state<form>* z, double t) {
-    return m->impact<3>(*stop, *z, t).c[7];
+    return m->impact<3>(*stop, *z, m->field.at_time(t), t).c[7];
 }
 """
 )
