@@ -287,9 +287,9 @@ def _ends_of_chatter(curve: Curve, orbits: list[Orbit]) -> Iterator[_Fields]:
     points gives the place, and how far it is from the last point is the error.
     """
     for at, before in ((-1, -2), (0, 1)):
-        end, orbit, second = curve.ends[at], orbits[at], orbits[before]
-        if len(curve) < 2 or end.reason is not Stopped.STEP:
+        if len(curve) < 2 or curve.ends[at].reason is not Stopped.STEP:
             continue
+        orbit, second = orbits[at], orbits[before]
         for k, what in rests_of(orbit.mechanism, orbit.signature).items():
             short, longer = float(orbit.durations[k]) ** 2, float(second.durations[k]) ** 2
             if what != CHATTER or not short < min(longer, SHORT_REST_OF_PERIOD * orbit.period**2):

@@ -68,9 +68,9 @@ EXTREME = PointKind(
     "PEAK", "extremal progress", "extremal progress: beside it the machine advances less, or more", test=EXTREMUM,
 )  # fmt: skip
 LEVEL = PointKind("level", "level of a function", "level: a function keeps its value")
-ONE = by_label(
-    (SN, PD, NS, BP, GR, ZERO, SIM, STICKING, RESTING, CHATTERING, STANDING, EXTREME, LEVEL)
-)
+ONE = by_label((
+    SN, PD, NS, BP, GR, ZERO, SIM, STICKING, RESTING, CHATTERING, STANDING, EXTREME, LEVEL,
+))  # fmt: skip
 
 OF_TESTS = {kind.test: kind for kind in ONE.values() if kind.test}
 EVENTS = by_label(kind for kind in ONE.values() if kind.function)
