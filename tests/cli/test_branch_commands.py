@@ -237,7 +237,6 @@ def test_misuse_is_refused_with_what_is_allowed(
             "no symmetric 1-1-1 orbit exists at omega = 1.1",
         ),
         (["branch", CASE, "--bounds", "omega=1.0:1.05", "--switch", "NS1"], "no other branch"),
-        (["normal-form", CASE, "--bounds", "omega=0.5:0.55", "--at", "GR1"], "not smooth"),
     ],
 )
 def test_what_does_not_exist_is_a_failure_with_the_reason(
