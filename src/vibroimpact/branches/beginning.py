@@ -23,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.point import BifurcationPoint, NotFound
@@ -42,7 +43,7 @@ from vibroimpact.orbits.find import (
 )
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import Flight, OrbitProblem, Signature, without_events
-from vibroimpact.simulation.simulate import simulate
+from vibroimpact.simulation.simulate import before_stops, simulate
 
 Bounds = tuple[float, float]
 
@@ -130,7 +131,12 @@ def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFo
             if not bounds[0] < p < bounds[1]:
                 continue
             system = with_parameter(point.orbit.system, name, p)
-            run = simulate(system, point.orbit.state, t_max=SIMULATED_PERIODS * point.orbit.period)
+            start = before_stops(system, point.orbit.state)  # stops may move with the parameter
+            try:
+                run = simulate(system, start, t_max=SIMULATED_PERIODS * point.orbit.period)
+            except InvalidParameterError as error:  # there is no place between the stops
+                why.add(str(error))
+                continue
             loop = closing_loop(run, None, known.cycles)
             if isinstance(loop, str):
                 why.add(loop)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, cast
 
 import numpy as np
@@ -37,6 +37,7 @@ from vibroimpact.model.mechanism import (
 )
 from vibroimpact.model.phases import phases_at
 from vibroimpact.model.state import State
+from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.results.result import Result, along, plotting, sized
 from vibroimpact.simulation.reach import reach_in_words
@@ -432,21 +433,52 @@ def begin(compiled: Compiled, start: State) -> Any:
         raise InvalidParameterError(
             f"position has shape ({len(start.position)},); expected ({m.degrees},)."
         )
-    report = compiled.kernel.start(
-        list(start.position), list(start.velocity), phases_of(m, start.phase)
-    )
-    for i, contact in enumerate(m.rigid_stops):
-        for name, gaps, limit in (
-            ("lower", report["gap_lower"], contact.lower),
-            ("upper", report["gap_upper"], contact.upper),
-        ):
-            if gaps[i] < -report["eps"][i]:
-                raise InvalidParameterError(
-                    f"position = {start.position}: lies {-gaps[i]:.6g} behind the {name} stop "
-                    f"{limit:.6g} of contact {i}; gaps must be >= 0. Move the state into the "
-                    "clearance, or put it on the stop (its method on_stop)."
-                )
+    report = _begun(compiled, start)
+    for stop, gap in _behind(m, report):
+        raise InvalidParameterError(
+            f"position = {start.position}: lies {-gap:.6g} behind the {'upper' if stop.upper else 'lower'} stop "
+            f"{stop.limit(m.rigid_stops):.6g} of contact {stop.contact}; gaps must be >= 0. Move the state into the "
+            "clearance, or put it on the stop (its method on_stop)."
+        )
     return settled(compiled, report["at"])
+
+
+def _begun(compiled: Compiled, start: State) -> dict[str, Any]:
+    """What the kernel says of a state: its place in the kernel and the gaps of all contacts."""
+    phases = phases_of(compiled.mechanism, start.phase)
+    report: dict[str, Any] = compiled.kernel.start(
+        list(start.position), list(start.velocity), phases
+    )
+    return report
+
+
+def _behind(m: Mechanism, report: dict[str, Any]) -> list[tuple[Stop, float]]:
+    """The stops that a state lies behind, by more than rounding, and their gaps."""
+    return [
+        (Stop(i, side), float(gaps[i]))
+        for i in range(len(m.rigid_stops))
+        for side, gaps in ((-1, report["gap_lower"]), (1, report["gap_upper"]))
+        if gaps[i] < -report["eps"][i]
+    ]
+
+
+def before_stops(system: System, state: State) -> State:
+    """State put on the stops that it lies behind, by the least change of its position.
+
+    It stays as it is where none is behind, and behind stops that leave no place between them.
+    """
+    m = mechanism_of(system)
+    compiled, at, on = compile_mechanism(m), state, set[Stop]()
+    while behind := {stop for stop, _ in _behind(m, _begun(compiled, at))} - on:
+        on |= behind
+        gaps = _begun(compiled, state)
+        rows = [stop.side * np.array(m.rigid_stops[stop.contact].row) for stop in sorted(on)]
+        gap = [
+            gaps["gap_upper" if stop.upper else "gap_lower"][stop.contact] for stop in sorted(on)
+        ]
+        step = np.linalg.lstsq(np.array(rows), np.array(gap), rcond=None)[0]
+        at = replace(state, position=tuple(np.add(state.position, step).tolist()))
+    return at
 
 
 def settled(compiled: Compiled, at: Any) -> Any:
