@@ -315,7 +315,7 @@ def test_where_orbits_with_one_impact_more_are_critical_too_their_curve_is_follo
         for stop in (reach + 0.4, reach + 0.03)
     )
     start = vi.find_orbit(near, vi.find_orbit(far, vi.State((0.0, 0.0), (0.0, 0.0))))
-    flip = vi.continue_orbit(start, "w", (-0.12, -0.05))["PD1"]
+    flip = vi.continue_orbit(start, "w", (-0.12, -0.05), inadmissible=True)["PD1"]
     bounds, few = ((0.33, 0.37), (-0.1, -0.04)), vi.Steps(first=0.2, points=30)
     flips = vi.continue_bifurcation(flip, ("u", "w"), bounds, steps=few)
     point = flips["GR_1"]

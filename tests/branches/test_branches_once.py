@@ -83,7 +83,7 @@ def test_a_loop_along_which_the_phase_turns_once_is_gone_round_once(
     # omega = 2: the flight between impacts takes half a free period, and s = -cos(theta) / 3
     system = vi.Family(oscillator, s=start, r=0.8, omega=2.0)
     orbit = vi.find_orbit(system, vi.State((start,), (-0.5,), 0.0))
-    branch = vi.continue_orbit(orbit, "s", (-3.0, 3.0), both=both)
+    branch = vi.continue_orbit(orbit, "s", (-3.0, 3.0), both=both, inadmissible=True)
     assert closed(branch)
     turn = branch.orbit(len(branch) - 1).states[0] - branch.orbit(0).states[0]
     np.testing.assert_allclose(np.abs(turn), [0.0, 0.0, 2.0 * math.pi], atol=1e-6)
@@ -140,7 +140,7 @@ def test_the_folds_and_touches_of_a_loop_are_those_of_its_closed_form(
     orbit = vi.find_orbit(system, guess, stops="A", cycles=cycles)
     np.testing.assert_allclose(orbit.states, guess.states, rtol=1e-9)
     fold = math.hypot(gamma, kappa)
-    branch = vi.continue_orbit(orbit, "s", (-2.0 * fold, 2.0 * fold))
+    branch = vi.continue_orbit(orbit, "s", (-2.0 * fold, 2.0 * fold), inadmissible=True)
     assert closed(branch)
     for kind, at in (("SN", fold), ("ZERO", abs(gamma))):
         found = sorted(p.parameter for p in branch.special_points if p.kind == kind)
@@ -159,7 +159,7 @@ def test_what_is_no_special_point_is_unresolved_with_the_reason() -> None:
     system = oscillator(s=0.3, r=0.9, omega=4.2, force=-0.2)
     orbit = vi.find_orbit(system, vi.State((-0.1,), (0.5,), 0.3))
     assert orbit.symbol == "3-1-0"
-    branch = vi.continue_orbit(orbit, "omega", (2.2, 6.5))
+    branch = vi.continue_orbit(orbit, "omega", (2.2, 6.5), inadmissible=True)
     kinds = sorted((p.kind, round(p.parameter, 6)) for p in branch.special_points)
     assert kinds == [("SN", 4.895148), ("ZERO", 3.0), ("ZERO", 3.0)]
     assert_each_point_once(branch)

@@ -95,7 +95,7 @@ def test_a_response_with_impacts_has_no_hole() -> None:
     stop = vi.RigidStop((1.0,), lower=-wall, upper=wall, restitution=0.7)
     m = replace(rubbing(0.7), elements=(stop,), forces=(vi.Harmonic(0.7, (0.0,), (1.0,)),))
     branch = vi.continue_orbit(
-        vi.find_orbit(m, vi.State((0.0,), (0.0,)), stops=""), "omega", (0.7, 1.4)
+        vi.find_orbit(m, vi.State((0.0,), (0.0,)), stops=""), "omega", (0.7, 1.6)
     )
     assert [part.symbol for part in (branch, *branch.others)] == ["1-0-0", "1-1-1", "1-0-0"]
     touches = [

@@ -51,7 +51,7 @@ def oscillator_branch(omega: float = 2.0) -> vi.Branch:
     start = vi.find_orbit(oscillator, vi.State((-1.0,), (0.0,)))
     along = vi.continue_orbit(start, "omega", (1.9, 2.5))
     there = along.orbit(int(np.argmin(np.abs(along.values - omega))))
-    return vi.continue_orbit(there, "clearance", (-0.5, 0.5))
+    return vi.continue_orbit(there, "clearance", (-0.5, 0.5), inadmissible=True)
 
 
 @cache
