@@ -163,7 +163,7 @@ def test_a_force_in_pieces_moves_the_mass_as_an_integrator_does() -> None:
 def test_an_interrupted_sweep_goes_on_where_it_was(capsys: pytest.CaptureFixture[str]) -> None:
     loaded("big_sweep_that_resumes").main()
     said = capsys.readouterr().out
-    assert "first run: 48 of 72 members\nsweep: interrupted; 2 of 3 tiles are in" in said
+    assert "first run: 48 of 72 members\nplane: interrupted; 2 of 3 tiles are in" in said
     assert "second run: 24 of 24 members\n" in said
 
 

@@ -52,7 +52,7 @@ def asked(server: page.Server, path: str, body: str = "", host: str = "") -> tup
 
 
 def test_the_page_holds_its_machines() -> None:
-    assert page.PLACE in (Path(page.__file__).parents[3] / "web" / "index.html").read_text()
+    assert page.PLACE in (Path(__file__).parents[2] / "web" / "index.html").read_text()
 
 
 def test_machines_are_put_into_the_page(template: Path) -> None:
