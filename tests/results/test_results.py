@@ -117,7 +117,7 @@ EXAMPLES: dict[str, Callable[[], Any]] = {
     "Section": lambda: vi.section(SET_A, START, points=30),
     "SineSweep": lambda: vi.sine_sweep(SET_A, "omega", (0.9, 1.0), points=4, progress=False),
     "Tongue": tongue,
-    "Touch": lambda: oscillator_branch()["GR1"].normal_form,
+    "Touch": lambda: oscillator_branch()["GR2"].normal_form,
     "TunedDamper": lambda: vi.tuned_damper(0.05, optimum="den hartog"),
 }  # fmt: skip
 CODE = {"Circle": SPIN, "CircleBranch": SPIN}  # what a file cannot hold
