@@ -24,19 +24,22 @@ EPS = np.finfo(float).eps
 
 
 def repeats_in_simulation(orbit: Orbit) -> bool:
-    """Whether the machine, started on an orbit, has its impacts at its times."""
-    durations = unfolded(orbit).durations
+    """Whether the machine, started on an orbit, has its impacts at its times, or none."""
+    impacts = [one for one in orbit.signature.impacts if one[0] >= 0]  # none: a phase closes it
+    durations = unfolded(orbit).durations if impacts else np.empty(0)
     try:
         run = vi.simulate(
-            orbit.system, orbit.state, impacts=len(durations), t_max=1.5 * orbit.period
+            orbit.system, orbit.state, impacts=len(durations) or 1, t_max=1.5 * orbit.period
         )
     except vi.InvalidParameterError:  # it starts behind another stop
         return False
+    if not impacts:
+        return bool(np.all(run.contact < 0))
     times = np.cumsum(durations)
     # a start wrong by 1e-13 is wrong by at most that times the largest multiplier at the end
     allowed = 1e-10 * max(1.0, largest(orbit.multipliers)) * orbit.period
     stops = [(int(c), int(s)) for c, s in zip(run.contact, run.side, strict=True)]
-    around = [*orbit.signature.impacts[1:], orbit.signature.impacts[0]]
+    around = [*impacts[1:], *impacts[:1]]
     return (
         len(run) == len(times)
         and stops == around

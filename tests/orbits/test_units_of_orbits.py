@@ -13,6 +13,7 @@ import pytest
 from support.random_machines import scaled
 
 import vibroimpact as vi
+from vibroimpact.bifurcations.tests_along import SIDE
 
 START = vi.State((0.1,), (0.3,), 0.1)
 PARTS: dict[str, tuple[object, ...]] = {
@@ -101,9 +102,6 @@ BRANCHES: dict[
 }
 
 
-QUICK = {"frequency, rigid", "restitution, rigid", "frequency, damper", "clearance, soft"}
-
-
 def same_but_for_a_power_of_two(one: np.ndarray, other: np.ndarray) -> bool:
     """Whether numbers are the same in units that differ by one: a test function has the unit of its guard."""
     (m, e), (n, f) = np.frexp(one), np.frexp(other)
@@ -116,7 +114,10 @@ def same_curves(one: Any, other: Any) -> None:
     for name in ("arclength", "residual"):
         np.testing.assert_array_equal(*(getattr(curve, name) for curve in pair_of_curves))
     for name, f in one.curve.tests.items():
-        assert same_but_for_a_power_of_two(f, other.curve.tests[name]), name
+        if name == SIDE:  # a determinant: which pivots it takes depends on the units
+            np.testing.assert_allclose(ratios := other.curve.tests[name] / f, ratios[0], rtol=1e-9)
+        else:
+            assert same_but_for_a_power_of_two(f, other.curve.tests[name]), name
     np.testing.assert_array_equal(one.multipliers, other.multipliers)
 
 
@@ -130,17 +131,14 @@ def branches_of(
     orbits = pair.both(lambda m, s, _: vi.find_orbit(m, s))
     ends = (1.0, pair.unit(*dimension))
     one, other = (
-        vi.continue_orbit(orbit, parameter, tuple(end * unit for end in bounds))
+        vi.continue_orbit(orbit, parameter, tuple(end * unit for end in bounds), inadmissible=True)
         for orbit, unit in zip(orbits, ends, strict=True)
     )
     return pair, one, other
 
 
 @IN_ALL_UNITS
-@pytest.mark.parametrize(
-    "case",
-    [pytest.param(case, marks=[] if case in QUICK else pytest.mark.slow) for case in BRANCHES],
-)
+@pytest.mark.parametrize("case", BRANCHES)
 @pytest.mark.slow
 def test_branches_have_the_same_bits_in_units_of_powers_of_two(
     case: str, units: tuple[float, float, float]

@@ -27,7 +27,7 @@ from vibroimpact.plotting.curves import LINES
 COLOURS = {
     label: look_of(kind).colour
     for label, kind in ONE.items()
-    if label not in ("STICK", "REST", "CHAT")
+    if label not in ("STICK", "STILL", "PEAK")  # that of all other kinds
 }  # of curves
 
 pytestmark = pytest.mark.usefixtures("no_windows")

@@ -42,11 +42,17 @@ def test_a_run_that_never_impacts_says_how_far_the_stop_is() -> None:
     assert "horizon" not in repr(run)
 
 
-@pytest.mark.parametrize("analysis", [vi.section, vi.find_orbit, vi.classify])
+@pytest.mark.parametrize("analysis", [vi.section, vi.classify])
 def test_every_analysis_of_impacts_says_so(analysis: object) -> None:
     found = analysis(hammer(3.0), REST)  # type: ignore[operator]
     assert "the stop is at 3: 3 are left" in repr(found)
     assert len(repr(found).splitlines()) == 1
+
+
+def test_the_motion_without_impacts_is_an_orbit_that_is_as_far_from_the_stop() -> None:
+    orbit = vi.find_orbit(hammer(3.0), REST)
+    assert orbit.symbol == "1-0-0"
+    assert orbit.clearance_to_grazing == pytest.approx(3.0 - amplitude(), rel=1e-9)
 
 
 def test_an_attractor_is_described_in_one_line() -> None:

@@ -81,7 +81,7 @@ def orbit() -> vi.Orbit:
 @cache
 def branch() -> vi.Branch:
     """The orbits over the force."""
-    found = vi.continue_orbit(orbit(), "force", (0.01, 1.0))
+    found = vi.continue_orbit(orbit(), "force", (0.01, 1.0), inadmissible=True)
     assert isinstance(found, vi.Branch), found
     return found
 

@@ -24,7 +24,7 @@ LOOKS = {
     "SN": Look(">", style.BLUE), "PD": Look("D", style.VERMILION), "NS": Look("o", style.BLACK),
     "BP": Look("s", style.GREEN), "GR": Look("v", style.ORANGE), "ZERO": Look("X", style.SKY),
     "SIM": Look("*", style.PURPLE), "STICK": Look("P"),
-    "REST": Look("p"), "CHAT": Look("h"), "STILL": Look("_"), "PEAK": Look("2"),
+    "REST": Look("p", "#4B2E83"), "CHAT": Look("h", "#00565B"), "STILL": Look("_"), "PEAK": Look("2"),
     "CP": Look(">"), "GPD": Look("D"), "CH": Look("h"),
     "R1": Look("o"), "R2": Look("o"), "R3": Look("o"), "R4": Look("o"), "LPPD": Look("d"), "LPNS": Look("<"),
     "PDNS": Look("p"), "NSNS": Look("8"), "WEAK": Look("o"),
