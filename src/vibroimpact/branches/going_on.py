@@ -27,7 +27,7 @@ from vibroimpact.branches.same_orbit import loop_of, orbits_at, same_loop
 from vibroimpact.continuation import Curve, End, Stopped
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE
 
-MOST_BRANCHES = 24  # so many branches, each of another sequence, are followed at most
+MOST_BRANCHES = 8  # so many branches, each of another sequence, are followed at most
 SAME_ARCLENGTH = 1e-6  # a touch so near to the start of a branch, in scaled arclength, is the start
 SAME_PLACE_OF_RANGE = (
     1e-6  # parameters of one point, located from both sides, relative to the range
