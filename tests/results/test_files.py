@@ -141,7 +141,7 @@ def test_a_curve_of_two_impacts_at_once_keeps_its_equations(tmp_path: Path) -> N
     system = vi.Family(meeting, omega=1.3, k=1.0)
     orbits = vi.find_orbits(system, most_cycles=1, most_impacts=3, starts=10).orbits
     start = next(orbit for orbit in orbits if orbit.symbol == "1-1-0,1-1")
-    point = vi.continue_orbit(start, "omega", (1.19, 1.31))["SIM1"]
+    point = vi.continue_orbit(start, "omega", (1.19, 1.31), inadmissible=True)["SIM1"]
     bounds, few = ((1.19, 1.31), (0.99, 1.01)), vi.Steps(points=8)
     found = vi.continue_bifurcation(point, ("omega", "k"), bounds, steps=few)
     flights = [found.orbit(i).durations[point.segment] for i in range(len(found))]

@@ -389,7 +389,7 @@ class FlightTime(Level):
 
     def __init__(self, plane: OrbitPlane, segment: int, what: str = FLIGHT) -> None:
         super().__init__(plane, self._time, 0.0, f"{what} {segment}")
-        self.segment = segment
+        self.segment, self.what = segment, what
 
     def _time(self, _states: Any, durations: Any, _parameters: Any) -> Any:
         return durations[self.segment]
