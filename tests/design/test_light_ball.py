@@ -111,7 +111,7 @@ def test_the_search_ends_near_the_best_clearance_of_a_light_ball() -> None:
     least = minimize_scalar(worst, bounds=(0.9 * near, 1.1 * near), options={"xatol": 1e-6})
     over = vi.Objective("omega", band, "x1", points=5, starts=4, settle_periods=600.0)
     bounds = {"half_clearance": (0.3 * near, 2.0 * near)}
-    found = vi.optimise(machine, bounds, over, budget=64, progress=False)
-    # the symmetric orbit attracts some starts, so nothing is better; from others some per cent more are reached
-    assert least.fun * (1.0 - 1e-9) <= found.value <= 1.06 * least.fun
-    assert found.parameters["half_clearance"] == pytest.approx(least.x, rel=0.05)
+    found = vi.optimise(machine, bounds, over, budget=64, refine=0, progress=False)
+    # the symmetric orbit attracts some starts, so nothing is better; from others 1 % more is reached
+    assert least.fun * (1.0 - 1e-9) <= found.value <= 1.02 * least.fun
+    assert found.parameters["half_clearance"] == pytest.approx(least.x, rel=0.03)

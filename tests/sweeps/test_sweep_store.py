@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -213,7 +214,8 @@ def assert_interrupted(script: str, patience: float) -> None:
     """A script that interrupts itself ends so, within some seconds."""
     stopped = ran(script, patience=patience)
     assert stopped.returncode == -signal.SIGINT, stopped.stderr
-    assert ": interrupted; nothing is kept" in stopped.stderr
+    words = r"^KeyboardInterrupt: \w+: interrupted; nothing is kept"
+    assert re.search(words, stopped.stderr, re.MULTILINE), stopped.stderr
 
 
 # What follows begins to interrupt once members run.
