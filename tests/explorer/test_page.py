@@ -90,3 +90,11 @@ def test_the_server_compiles_what_the_page_was_not_given(server: page.Server) ->
     question["start"] = {"x": [-99.0], "v": [0.0], "phase": 0}
     assert "behind" in json.loads(asked(server, "/recording", json.dumps(question))[1])["refused"]
     assert "refused" in json.loads(asked(server, "/recording", "{}")[1])
+
+
+def test_a_slider_knows_what_its_parameter_takes() -> None:
+    damper = vi.machines.ImpactDamper(**vi.machines.ImpactDamper.example)
+    allowed = {one["name"]: one["check"] for one in machine_data(damper)["parameters"]}
+    assert allowed["restitution"] == "fraction"
+    assert allowed["zeta"] == "nonnegative"
+    assert allowed["omega"] == "positive"

@@ -7,10 +7,11 @@ import sys
 import webbrowser
 from contextlib import suppress
 
+from vibroimpact._core.docstrings import head_of
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.explorer.page import Server, check_built, page_with
-from vibroimpact.explorer.page_data import catalogue, machine_data, title_of
+from vibroimpact.explorer.page_data import catalogue, machine_data
 from vibroimpact.machines.registry import DEFAULT
 from vibroimpact.results.files import PAGES
 
@@ -45,7 +46,7 @@ def run(arguments: argparse.Namespace) -> Done:
             ["a page with every machine of the catalogue, which works from a folder"],
             page=lambda: page_with({name: data, **every}, name),
         )
-    others = {one: title_of(m) for one, m in machines.items() if one != name}
+    others = {one: head_of(type(m)) for one, m in machines.items() if one != name}
     page = page_with({name: data}, name, others)
     with Server(page, {**machines, name: case.system}, arguments.port) as server:
         sys.stdout.write(f"the explorer is at {server.address}\nCtrl-C ends it\n")

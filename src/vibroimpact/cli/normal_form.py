@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -74,12 +74,9 @@ def run(arguments: argparse.Namespace) -> Done:
 # ---- the numbers ---------------------------------------------------------------------------------
 
 
-def _facts(point: BifurcationPoint, form: Any) -> Facts:
-    """Lines of what the form says, and where: a size w, or the radius of a circle, is a law times sqrt|dp|."""
-    solved = solved_map(point.orbit, point.name)
-    forked = not isinstance(form, BranchPoint) or form.pitchfork
-    of_form = [name for name in OF_FORM if forked or name not in ("supercritical", "side")]
-    facts: Facts = {
+def _of_point(point: BifurcationPoint, form: Any, coordinates: Iterable[str]) -> Facts:
+    """What is said of every point: where it is, of which orbit, and by which map it is judged."""
+    return {
         "point": point.label,
         "kind": point.kind,
         "parameter": point.name,
@@ -88,11 +85,24 @@ def _facts(point: BifurcationPoint, form: Any) -> Facts:
         "orbit": point.orbit.symbol,
         "admissible": point.admissible,
         "map": "half map" if point.orbit.symmetric else "full map",
-        "coordinates": _coordinates(solved),
+        "coordinates": [*coordinates],
         "multipliers": [_plain(value) for value in form.multipliers],
-        "others_inside": form.others_inside,
-        "nu": _plain(complex(-1.0 if isinstance(form, Flip) else 1.0)),
-    } | {name: _plain(getattr(form, name)) for name in of_form if hasattr(form, name)}
+    }
+
+
+def _facts(point: BifurcationPoint, form: Any) -> Facts:
+    """Lines of what the form says, and where: a size w, or the radius of a circle, is a law times sqrt|dp|."""
+    solved = solved_map(point.orbit, point.name)
+    forked = not isinstance(form, BranchPoint) or form.pitchfork
+    of_form = [name for name in OF_FORM if forked or name not in ("supercritical", "side")]
+    facts: Facts = (
+        _of_point(point, form, _coordinates(solved))
+        | {
+            "others_inside": form.others_inside,
+            "nu": _plain(complex(-1.0 if isinstance(form, Flip) else 1.0)),
+        }
+        | {name: _plain(getattr(form, name)) for name in of_form if hasattr(form, name)}
+    )
     if isinstance(form, NeimarkSacker):
         facts |= _of_circle(form, solved)
     elif forked:
@@ -129,19 +139,9 @@ def _of_touch(point: BifurcationPoint, form: Touch) -> Facts:
     """What the form at a touch says; sizes of speeds are those of impacts."""
     rigid = form.power == SQUARE_ROOT
     windows = form.windows(TURNS_TOLD) if rigid else ()
-    return {
-        "point": point.label,
-        "kind": point.kind,
-        "parameter": point.name,
-        "value": point.parameter,
-        "error": point.error,
-        "orbit": point.orbit.symbol,
-        "admissible": point.admissible,
-        "map": "half map" if point.orbit.symmetric else "full map",
+    return _of_point(point, form, form.coordinates) | {
         "stop": form.stop,
         "law": form.law.value,
-        "coordinates": list(form.coordinates),
-        "multipliers": [_plain(value) for value in form.multipliers],
         **{name: _plain(value) for name, value in form.numbers.items()},
         "scenario": form.scenario.name,
         "meaning": form.meaning,

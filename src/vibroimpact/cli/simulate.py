@@ -104,7 +104,7 @@ def _animation(motion: Run, window: list[float] | None, suffix: str) -> bytes:
     from vibroimpact.plotting.animation import content_of_animation
 
     moving = motion.animate(*(window or _last(motion)), frames_per_second=FRAMES_PER_SECOND)
-    return content_of_animation(moving, suffix, FRAMES_PER_SECOND)
+    return content_of_animation(moving, suffix)
 
 
 def _last(motion: Run) -> list[float]:

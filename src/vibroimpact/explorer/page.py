@@ -13,11 +13,17 @@ from typing import Any
 
 from vibroimpact._core.columns import Split
 from vibroimpact._core.errors import VibroImpactError
-from vibroimpact.compile.hybrid import compile_mechanism
-from vibroimpact.explorer.page_data import Data, machine_data, packed_of, recording_of, text_of
+from vibroimpact.explorer.page_data import (
+    Data,
+    json_text,
+    machine_data,
+    packed_of,
+    recording_of,
+    text_of,
+)
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
-from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.model.system import System
 from vibroimpact.simulation.simulate import simulate
 
 PAGE = Path(__file__).with_name("page.html")  # `make explorer` puts it here
@@ -85,10 +91,8 @@ class Server(ThreadingHTTPServer):
         values = {name: float(x) for name, x in question["values"].items()}
         start = question["start"]
         state = State(tuple(start["x"]), tuple(start["v"]), float(start["phase"]))
-        changed = with_parameters(system, values)
-        run = simulate(changed, state, impacts=IMPACTS)
-        pace = compile_mechanism(mechanism_of(changed), state).pace
-        return recording_of(system, values, sorted(run._compiled.codes), pace)
+        compiled = simulate(with_parameters(system, values), state, impacts=IMPACTS)._compiled
+        return recording_of(system, values, sorted(compiled.codes), compiled.pace)
 
 
 class _Answers(BaseHTTPRequestHandler):
@@ -125,7 +129,7 @@ class _Answers(BaseHTTPRequestHandler):
             answer = {"refused": str(error)}
         except (TypeError, ValueError, KeyError, AttributeError, Split):
             answer = {"refused": "These values cannot be compiled for the page."}
-        self._send(json.dumps(answer).replace("Infinity", "1e999").encode(), "application/json")
+        self._send(json_text(answer).encode(), "application/json")
 
     def _is_from_here(self) -> bool:
         """Whether this computer's own name was asked for: no site reads the page through another one."""

@@ -11,17 +11,17 @@ Fails       values that no recording covers: the page says so, and asks the comm
 
 from __future__ import annotations
 
-import inspect
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from itertools import pairwise, product
+from itertools import product
 from typing import Any, cast
 
 import numpy as np
 
 from vibroimpact._core.columns import Split
+from vibroimpact._core.docstrings import descriptions, head_of
 from vibroimpact._core.errors import VibroImpactError
 from vibroimpact.compile.hybrid import hybrid_of
 from vibroimpact.compile.tables import stacks_of
@@ -29,7 +29,7 @@ from vibroimpact.explorer.recording import NUMBER, OPERANDS, OPERATIONS, Recordi
 from vibroimpact.machines.machine import CHECK, Machine, example_of
 from vibroimpact.machines.registry import MACHINES, cases_of, machine_of, name_of
 from vibroimpact.machines.units import quantities_of, units_of
-from vibroimpact.model.mechanism import Mechanism, element_labels
+from vibroimpact.model.mechanism import Mechanism, element_labels, links
 from vibroimpact.model.parameters import names_of, parameter_value, with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -290,15 +290,15 @@ def machine_data(system: System, start: State | None = None) -> Data:
     units, quantities = units_of(system), quantities_of(system)
     checks = _checks(system)
     cases = cases_of(name) if name else {}
-    values = values_of(system)
+    values, about = values_of(system), descriptions(type(system))
     return {
         "name": name or "mechanism",
-        "title": title_of(system),
+        "title": head_of(type(system)),
         "python": _python(system, name),
         "si": units.si,
         "parameters": [
             {
-                "name": one, "value": value, "about": _about(system).get(one, ""),
+                "name": one, "value": value, "about": about.get(one, ""),
                 "unit": units.unit(quantities[one].quantity) if one in quantities else "",
                 "check": checks.get(one, "real"),
             }
@@ -316,9 +316,9 @@ def machine_data(system: System, start: State | None = None) -> Data:
             for label, e in zip(element_labels(m), m.elements, strict=True)
         ],
         "links": [
-            [kind, i, j]
+            [kind, i, -1 if j is None else j]
             for kind, a in (("spring", m.stiffness), ("dashpot", m.damping))
-            for i, j in _links(a)
+            for i, j, _ in links(a)
         ],
         "masses": [m.mass[i][i] for i in range(m.degrees)],
         "recordings": recordings_of(system, values),
@@ -331,19 +331,19 @@ def catalogue() -> dict[str, Machine]:
 
 
 def _checks(system: System) -> dict[str, str]:
-    """What is allowed for each parameter, as the name of its check; "positive" has no zero."""
+    """What is allowed for each parameter, as the name of its check."""
     if isinstance(system, Mechanism):
         return {}
-    tried = {"positive": (1.0, 0.0), "nonnegative": (0.0, -1.0), "fraction": (1.0, 2.0)}
-    found = {}
-    for one in fields(cast(Any, system)):
-        check = one.metadata.get(CHECK)
-        for word, (good, bad) in tried.items() if check else ():
-            if _takes(check, one.name, good) and not _takes(check, one.name, bad):
-                found[one.name] = word
-                if word != "positive":
-                    break
-    return found
+    checks = {one.name: one.metadata.get(CHECK) for one in fields(cast(Any, system))}
+    return {name: _allowed(check, name) for name, check in checks.items() if check}
+
+
+def _allowed(check: Any, name: str) -> str:
+    """The numbers that a check takes: "positive" has no zero, "nonnegative" has it, "fraction" ends at 1."""
+    below, zero, one, two = (_takes(check, name, x) for x in (-1.0, 0.0, 1.0, 2.0))
+    if below or not one:
+        return "real"
+    return "positive" if not zero else "nonnegative" if two else "fraction"
 
 
 def _takes(check: Any, name: str, value: float) -> bool:
@@ -365,22 +365,6 @@ def _fixed(system: System, values: Mapping[str, float]) -> Data:
     }
 
 
-def title_of(system: System) -> str:
-    """What a machine is, in a few words."""
-    return (inspect.getdoc(type(system)) or "Mechanism").split("\n", 1)[0].rstrip(".")
-
-
-def _about(system: System) -> dict[str, str]:
-    """First line of what the docstring says of each parameter."""
-    lines = (inspect.getdoc(type(system)) or "").splitlines()
-    found = {}
-    for line, following in pairwise(lines):
-        if line and not line.startswith(" ") and following.startswith("    "):
-            for name in line.split(", "):
-                found[name] = following.strip()
-    return found
-
-
 def _python(system: System, name: str | None) -> str:
     return f"vi.machines.{type(system).__name__}" if name else ""
 
@@ -390,19 +374,12 @@ def _line(m: Mechanism, omega: float) -> int:
     return next(i for i, force in enumerate(m.forces) if force.omega == omega)
 
 
-def _links(a: Sequence[Sequence[float]]) -> list[tuple[int, int]]:
-    """Pairs of coordinates between which a spring or a dashpot acts; -1 for the ground."""
-    n = len(a)
-    size = max((abs(x) for row in a for x in row), default=0.0) * 1e-12
-    found = []
-    for i in range(n):
-        if abs(sum((a[i][j] + a[j][i]) / 2.0 for j in range(n))) > size:
-            found.append((i, -1))
-        found += [(i, j) for j in range(i + 1, n) if abs(a[i][j] + a[j][i]) > 2.0 * size]
-    return found
-
-
 # ---- as text -------------------------------------------------------------------------------------
+
+
+def json_text(data: Any) -> str:
+    """Text of JSON; 1e999, which it has, is read as infinite."""
+    return json.dumps(data, separators=(",", ":")).replace("Infinity", "1e999")
 
 
 def text_of(machines: Mapping[str, Data], chosen: str, others: Mapping[str, str]) -> str:
@@ -417,8 +394,7 @@ def text_of(machines: Mapping[str, Data], chosen: str, others: Mapping[str, str]
     whole = {
         "chosen": chosen, "operands": [*OPERANDS.values()], "machines": packed, "others": others,
     }  # fmt: skip
-    text = json.dumps(whole, separators=(",", ":"))
-    return text.replace("Infinity", "1e999")  # which JSON has, and reads as infinite
+    return json_text(whole)
 
 
 def packed_of(recording: Data) -> Data:

@@ -11,7 +11,7 @@ with elements: rigid stops ``lower <= row . x <= upper``, each with its own rest
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Literal, get_args
@@ -49,6 +49,7 @@ from vibroimpact.model.harmonic import Harmonic, as_lines, empty
 ImpactLaw = Literal["moreau", "sequential"]
 # A limit that no list reaches: MOST_ELEMENTS is checked after the kinds.
 UNBOUNDED_COUNT = 1_000_000
+ZERO_OF_LARGEST = 1e-12  # a sum of entries below this share of the largest is zero to rounding
 MOST_ELEMENTS = 8
 
 
@@ -398,6 +399,20 @@ def accelerations(m: Mechanism, forces: ArrayLike) -> Floats:
     out = np.zeros(forces.shape)
     out[heavy] = np.linalg.solve(np.array(m.mass)[np.ix_(heavy, heavy)], forces[heavy])
     return out
+
+
+def links(matrix: Sequence[Sequence[float]]) -> Iterator[tuple[int, int | None, float]]:
+    """Springs of K, or dashpots of C: from coordinate i to j, or to the ground for None."""
+    n = len(matrix)
+    largest = max((abs(x) for row in matrix for x in row), default=0.0)
+    for i in range(n):
+        ground = sum((matrix[i][j] + matrix[j][i]) / 2.0 for j in range(n))
+        if abs(ground) > ZERO_OF_LARGEST * largest:
+            yield i, None, ground
+        for j in range(i + 1, n):
+            both = -(matrix[i][j] + matrix[j][i]) / 2.0
+            if abs(both) > ZERO_OF_LARGEST * largest:
+                yield i, j, both
 
 
 def _several(

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.animation import FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
@@ -20,7 +20,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.elements.element import Element
+from vibroimpact.model.system import mechanism_of
 from vibroimpact.plotting import style, symbols
+from vibroimpact.plotting.element_states import motion_of
 from vibroimpact.plotting.history import COLOURS, window_of
 from vibroimpact.simulation.simulate import Run
 
@@ -56,7 +58,8 @@ class Lanes:
 
     def __init__(self, ax: Axes, run: Run, t: Floats, x: Floats) -> None:
         self.run, self.x, self.t = run, x, t
-        m = self.mechanism = run._compiled.mechanism
+        m = mechanism_of(run.system)
+        self.elements = m.elements
         self.stops = [
             (number, place, side, e.limit_at(side))
             for number, e in enumerate(m.elements)
@@ -106,11 +109,7 @@ class Lanes:
         at = np.full(len(self.t), place.sign * limit)
         if place.carrier is not None:
             at = at + self.x[:, place.carrier]
-        first = self.mechanism.omega
-        for line in self.mechanism.elements[number].motion:
-            theta = self.run.start.phase * (line.omega / first) + line.omega * self.t
-            at += place.sign * (line.sine[0] * np.sin(theta) + line.cosine[0] * np.cos(theta))
-        return at
+        return at + place.sign * motion_of(self.run, self.elements[number].motion, self.t)
 
     def show(self, k: int, flash: float) -> None:
         """Draw frame k; an impact is seen for the time ``flash``."""
@@ -142,35 +141,7 @@ def animate_run(
     seconds: float = 6.0,
     frames_per_second: int = 20,
 ) -> FuncAnimation:
-    """Let a run move: bodies and stops above, the time history below; impacts flash.
-
-    Parameters
-    ----------
-    run
-        A result of :func:`vibroimpact.simulate`.
-    t0, t1
-        Window of time within the run; to its last event if ``t1`` is not given.
-    seconds
-        Length of the animation, > 0.
-    frames_per_second
-        Frames in a second of it, 1 to 100.
-
-    Returns
-    -------
-    matplotlib.animation.FuncAnimation
-        It shows itself in notebooks by ``to_jshtml()`` and goes to files by ``save("run.gif")``, in MP4 where FFmpeg
-        is installed.
-
-    Raises
-    ------
-    InvalidParameterError
-        A window outside the run, more than 5000 frames.
-
-    Notes
-    -----
-    Every frame is evaluated from the flights, exact to rounding. A frame takes some 50 ms to draw. Stops
-    of one coordinate and of the difference of two are drawn; soft ones, too, at the place where they begin.
-    """
+    """Let a run move, as :meth:`Run.animate` says."""
     start, end = window_of(run, t0, t1)
     positive("seconds", seconds)
     check_count("frames_per_second", frames_per_second, 1, 100)
@@ -206,18 +177,15 @@ def animate_run(
     return FuncAnimation(figure, draw, frames=frames, interval=1000.0 / frames_per_second)
 
 
-def content_of_animation(animation: FuncAnimation, suffix: str, frames_per_second: int) -> bytes:
+def content_of_animation(animation: FuncAnimation, suffix: str) -> bytes:
     """Content of a file of an animation: .gif, .mp4 where FFmpeg is installed, or .html."""
     with mpl.rc_context(style.RC), tempfile.TemporaryDirectory() as folder:
         if suffix == ".html":
-            return animation.to_jshtml(fps=frames_per_second).encode()
+            return animation.to_jshtml().encode()
         if suffix == ".mp4" and not shutil.which("ffmpeg"):
             raise InvalidParameterError(
                 "out: .mp4 needs the program ffmpeg, which is not installed. Write .gif or .html."
             )
-        path, kind = (
-            Path(folder) / f"run{suffix}",
-            FFMpegWriter if suffix == ".mp4" else PillowWriter,
-        )
-        animation.save(path, writer=kind(fps=frames_per_second), dpi=DOTS_PER_INCH)
+        path, writer = Path(folder) / f"run{suffix}", "ffmpeg" if suffix == ".mp4" else "pillow"
+        animation.save(path, writer=writer, dpi=DOTS_PER_INCH)
         return path.read_bytes()

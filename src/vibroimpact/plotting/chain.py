@@ -8,7 +8,7 @@ lanes in a bay; those of masses further apart pass above. What has no such place
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from matplotlib.axes import Axes
@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle
 from vibroimpact._core.quantities import UNITS
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.model.elements.element import Element
-from vibroimpact.model.mechanism import Mechanism, element_labels
+from vibroimpact.model.mechanism import Mechanism, element_labels, links
 from vibroimpact.plotting import style, symbols
 from vibroimpact.plotting.labels import size_of_text
 from vibroimpact.plotting.variables import combination
@@ -31,8 +31,6 @@ TEXT_POINTS = 8.0  # labels are so high
 BELT_LABEL_DEPTH = 0.95  # the first label below a belt is so deep
 FLOOR_LABEL_DEPTH = 0.6  # below a floor it is so deep
 LABEL_LINE_DEPTH = 0.36  # a line of a label is so deep
-# A sum of entries that is smaller, relative to the largest, is zero to rounding.
-ZERO_OF_LARGEST = 1e-12
 WRITTEN = (
     "mass",
     "stiffness",
@@ -338,20 +336,6 @@ def force_text(m: Mechanism, i: int) -> str:
         size = function.removeprefix(r"\,") if abs(number) == 1.0 else f"{abs(number):g}{function}"
         text += ("-" if number < 0.0 else "+" if text else "") + (size or "1")
     return text
-
-
-def links(matrix: Sequence[Sequence[float]]) -> Iterator[tuple[int, int | None, float]]:
-    """Springs of K, or dashpots of C: from coordinate i to j, or to the ground for None."""
-    n = len(matrix)
-    largest = max(abs(x) for row in matrix for x in row)
-    for i in range(n):
-        ground = sum((matrix[i][j] + matrix[j][i]) / 2.0 for j in range(n))
-        if abs(ground) > ZERO_OF_LARGEST * largest:
-            yield i, None, ground
-        for j in range(i + 1, n):
-            both = -(matrix[i][j] + matrix[j][i]) / 2.0
-            if abs(both) > ZERO_OF_LARGEST * largest:
-                yield i, j, both
 
 
 # ---- how a lane is drawn -------------------------------------------------------------------------

@@ -90,26 +90,29 @@ def _run(example: Machine, start: State, known: KnownFor) -> tuple[Run, float, f
     return simulate(example, start, t_max=end, impacts=10**6), begin, end
 
 
+def _place(known: KnownFor) -> AtPhase | AtStop:
+    """Where points of a diagram or a section are taken."""
+    return AtPhase(0.0) if known.at == "phase" else AtStop(known.at)
+
+
 def _diagram(example: Machine, start: State, known: KnownFor) -> Axes:
     assert known.over
     name, first, last = known.over
-    at = AtPhase(0.0) if known.at == "phase" else AtStop(known.at)
     data = bifurcation_sweep(
         replace(cast(Any, example), **{name: first}), over={name: np.linspace(first, last, VALUES)}, start=start,
-        way=known.way, at=at, points=POINTS, settle_periods=150, progress=False,
+        way=known.way, at=_place(known), points=POINTS, settle_periods=150, progress=False,
     )  # fmt: skip
     return plot_bifurcation_diagram(data, variable=known.variable)
 
 
 def _section(example: Machine, start: State, known: KnownFor) -> Axes:
-    at = AtPhase(0.0) if known.at == "phase" else AtStop(known.at)
     starts = [
         State(start.position, (speed, *start.velocity[1:]), start.phase) for speed in known.speeds
     ] or [start]
     ax = None
     for one in starts:
         found = section(
-            example, one, at=at, points=SECTION_POINTS, settle_events=int(known.settled)
+            example, one, at=_place(known), points=SECTION_POINTS, settle_events=int(known.settled)
         )
         ax = plot_section(found, x="phase" if known.speeds else "x1", ax=ax)
     assert ax is not None

@@ -12,11 +12,10 @@ from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine
 from vibroimpact.machines.units import Units, units_of
 from vibroimpact.model.elements.element import Element
-from vibroimpact.model.mechanism import Mechanism, element_labels
+from vibroimpact.model.mechanism import Mechanism, element_labels, links
 from vibroimpact.model.parameters import names_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.plotting.branch_looks import parameter_label
-from vibroimpact.plotting.chain import links
 from vibroimpact.plotting.page import Cell, Symbol, Table
 from vibroimpact.plotting.variables import combination
 from vibroimpact.plotting.words import number

@@ -6,15 +6,13 @@ Nothing is computed: the table has the first rows of what the result holds, the 
 from __future__ import annotations
 
 import base64
-from dataclasses import fields
 from html import escape
 from typing import TYPE_CHECKING, Any, cast
 
 from vibroimpact._core.errors import VibroImpactError
 from vibroimpact._core.lazy import pd
-from vibroimpact._core.quantities import UNITS
-from vibroimpact.machines.machine import SI, Machine, parameters_of
-from vibroimpact.machines.units import Quantity
+from vibroimpact.machines.machine import Machine, parameters_of
+from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.report import picture_of
 from vibroimpact.results.result import Result
@@ -60,13 +58,11 @@ def _table(shown: Any) -> str:
 
 def _parameters(machine: Machine) -> pd.DataFrame:
     """Name, value and unit of each parameter; units where the machine is in SI."""
-    of_fields = {one.name: one for one in fields(cast(Any, machine))}
-    names = parameters_of(type(machine))
-    quantities = [of_fields[n].metadata.get("quantity", Quantity()).quantity for n in names]
+    names, units = parameters_of(type(machine)), units_of(machine)
     columns: dict[str, list[Any]] = {"parameter": [*names]}
     columns["value"] = [getattr(machine, name) for name in names]
-    if getattr(machine, SI, False):
-        columns["unit"] = [UNITS.get(quantity, "") for quantity in quantities]
+    if units.si:
+        columns["unit"] = [units.unit(units.quantity_of(name)) for name in names]
     return pd.DataFrame(columns)
 
 

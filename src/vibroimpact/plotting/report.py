@@ -9,12 +9,10 @@ import inspect
 import math
 from collections.abc import Collection, Iterator, Sequence
 from os import PathLike
-from typing import cast
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from vibroimpact import _kernel
 from vibroimpact._core.checks import check_flag, check_kind, path_of
@@ -449,4 +447,4 @@ def picture_of(ax: Axes, suffix: str = ".svg") -> bytes:
     try:
         return style.content_of_picture(ax, suffix)
     finally:
-        plt.close(cast(Figure, ax.get_figure(root=True)))
+        plt.close(style.figure_of(ax))

@@ -217,8 +217,7 @@ def plot_response_spectrum(
 
 def _above(ax: Axes) -> Axes:
     """Axes above those of a figure, for the same times."""
-    figure = ax.get_figure(root=True)
-    assert figure is not None
+    figure = style.figure_of(ax)
     grid = figure.add_gridspec(2, 1, height_ratios=PANEL_HEIGHTS)
     ax.set_subplotspec(grid[1])
     above: Axes = figure.add_subplot(grid[0], sharex=ax)

@@ -324,6 +324,11 @@ class Run(Result):
         ------
         InvalidParameterError
             A window outside the run, more than 5000 frames.
+
+        Notes
+        -----
+        Every frame is evaluated from the flights, exact to rounding. A frame takes some 50 ms to draw. Stops
+        of one coordinate and of the difference of two are drawn; soft ones, too, at the place where they begin.
         """
         animation: FuncAnimation = plotting("animation").animate_run(
             self, t0, t1, seconds=seconds, frames_per_second=frames_per_second
