@@ -23,7 +23,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from importlib.resources import files
 from importlib.util import find_spec
 from operator import attrgetter
@@ -46,17 +46,25 @@ PAGES = ROOT / "build" / "site"  # the assembled pages
 EXAMPLES = ROOT / "examples"
 LONGEST = 120.0  # seconds of an example
 
-# Files outside of docs/ that are pages of the site, by the name of the page.
-OTHERS = {
+# Documents that are pages of the site, by the name of the page; the contents of index.md are in docs/site/.
+DOCUMENTS = {file.stem: file for file in DOCS.glob("*.md") if file.name != "index.md"} | {
     "contributing": ROOT / "CONTRIBUTING.md",
     "changelog": ROOT / "CHANGELOG.md",
     "security": ROOT / "SECURITY.md",
     "benchmarks": ROOT / "benchmarks" / "README.md",
 }
+PAGE_OF = {file: f"{name}.md" for name, file in DOCUMENTS.items()} | {
+    ROOT / "README.md": "index.md",
+    DOCS / "index.md": "index.md",
+    DOCS / "references.bib": "bibliography.md",
+}
 # A font for equations, with the package that ships it under the Open Font License.
 MATHEMATICS = files("ziamath") / "fonts" / "STIXTwoMath-Regular.ttf"
 LINK = re.compile(r"\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^)#\s:]+)(#[^)\s]*)?\)")
 EQUATION = re.compile(r"(?<![\[\w`$])\((T\d+[a-z]?)\)(?!\])")
+KEYS = re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text("utf-8"), re.MULTILINE)
+CITED = re.compile(rf"\[({'|'.join(KEYS)})\](?!\()")
+EQUATIONS = set(re.findall(r"\\tag\{(\w+)\}", (DOCS / "theory.md").read_text("utf-8")))
 FENCED = re.compile(r"(^```.*?^```)", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"(^```.*?^```|`[^`\n]+`|\$\$.*?\$\$|\$[^$\n]+\$)", re.MULTILINE | re.DOTALL)
 
@@ -72,6 +80,15 @@ class Example(NamedTuple):
     def title(self) -> str:
         """The name as words."""
         return self.name.replace("_", " ").capitalize().replace(" si ", " SI ")
+
+
+class Card(NamedTuple):
+    """A card of a gallery: the page it leads to, and what it shows."""
+
+    page: str
+    title: str
+    picture: str
+    phrase: str
 
 
 def main() -> int:
@@ -94,16 +111,11 @@ def assemble(folder: Path, *, quick: bool) -> None:
     shutil.copy(MATHEMATICS, folder / "_static")
     shutil.copytree(DOCS / "pictures", folder / "pictures")
     shutil.copy(DOCS / "references.bib", folder)
-    for name, source in pages().items():
+    for name, source in DOCUMENTS.items():
         write(folder / f"{name}.md", page(source))
     write_examples(folder, quick=quick)
     write_machines(folder, quick=quick)
     write_reference(folder)
-
-
-def pages() -> dict[str, Path]:
-    """The documents by the names of their pages; the contents of index.md are in docs/site/."""
-    return {file.stem: file for file in DOCS.glob("*.md") if file.name != "index.md"} | OTHERS
 
 
 # ---- pages of Markdown -------------------------------------------------------------------------
@@ -112,10 +124,8 @@ def pages() -> dict[str, Path]:
 def page(source: Path) -> str:
     """The text of a document, as a page of the site."""
     text = source.read_text(encoding="utf-8")
-    keys = set(re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text(), re.MULTILINE))
-    cited = re.compile(rf"\[({'|'.join(sorted(keys))})\](?!\()")
     text = outside(FENCED, text, lambda part: LINK.sub(lambda match: link(source, match), part))
-    text = outside(CODE, text, lambda part: cited.sub(r"{cite:p}`\1`", part))
+    text = outside(CODE, text, lambda part: CITED.sub(r"{cite:p}`\1`", part))
     return outside(
         CODE, text, lambda part: EQUATION.sub(lambda match: equation(source, match), part)
     )
@@ -123,7 +133,7 @@ def page(source: Path) -> str:
 
 def equation(source: Path, match: re.Match[str]) -> str:
     """A link to an equation of theory.md."""
-    if rf"\tag{{{match[1]}}}" not in (DOCS / "theory.md").read_text(encoding="utf-8"):
+    if match[1] not in EQUATIONS:
         raise SystemExit(f"{source.relative_to(ROOT)}: theory.md has no equation ({match[1]})")
     return f'<a class="eqref" href="theory.html#eq-{match[1]}">({match[1]})</a>'
 
@@ -139,11 +149,8 @@ def link(source: Path, match: re.Match[str]) -> str:
     """A link of a document as the site has it; a file that is no page keeps its name alone."""
     words, target, place = match[1], match[2], match[3] or ""
     file = (source.parent / target).resolve()
-    known = {path: f"{name}.md" for name, path in pages().items()}
-    known |= {ROOT / "README.md": "index.md", DOCS / "index.md": "index.md"}
-    known[DOCS / "references.bib"] = "bibliography.md"
-    if file in known:
-        return f"[{words}]({known[file]}{place})"
+    if file in PAGE_OF:
+        return f"[{words}]({PAGE_OF[file]}{place})"
     if file.parent == EXAMPLES:
         return f"[{words}](examples/{file.stem}.md)"
     if file.is_relative_to(DOCS):  # a picture
@@ -179,18 +186,23 @@ def write_examples(folder: Path, *, quick: bool) -> None:
             f"```{{literalinclude}} {example.name}.py\n:language: python\n```",
             f"{{download}}`{example.name}.py <{example.name}.py>`",
         )
-    cards = (
-        f":::{{grid-item-card}} {example.title}\n:img-top: ../pictures/example_{example.name}.png\n"
-        f":link: {example.name}\n:link-type: doc\n\n{example.phrase}\n:::\n"
-        for example in found
-    )
-    write(
-        into / "index.md",
+    write_gallery(
+        into,
         "# Examples",
         "Complete programs of 20 to 60 lines: `python examples/NAME.py --out FILE` writes the picture.",
-        "::::{grid} 1 2 3 3\n:gutter: 3\n\n" + "\n".join(cards) + "::::",
-        contents(example.name for example in found),
+        [Card(e.name, e.title, f"../pictures/example_{e.name}.png", e.phrase) for e in found],
     )
+
+
+def write_gallery(into: Path, title: str, text: str, cards: Sequence[Card]) -> None:
+    """A page of cards, each of which leads to a page beside it."""
+    shown = (
+        f":::{{grid-item-card}} {card.title}\n:img-top: {card.picture}\n"
+        f":link: {card.page}\n:link-type: doc\n\n{card.phrase}\n:::\n"
+        for card in cards
+    )
+    grid = "::::{grid} 1 2 3 3\n:gutter: 3\n\n" + "\n".join(shown) + "::::"
+    write(into / "index.md", title, text, grid, contents(card.page for card in cards))
 
 
 def write(file: Path, *parts: str) -> None:
@@ -222,12 +234,11 @@ def write_machines(folder: Path, *, quick: bool) -> None:
     for name in MACHINES:
         machine = machine_of(name)
         known = machine.known_for
-        listed = "   :no-index:\n" * (
-            machine.__name__ in vi.__all__
-        )  # it has a page in the reference
-        save(plot_mechanism(example_of(machine)), into / f"{name}.svg")
-        picture = into / f"{name}-known-for.png"
-        save((plot_mechanism(example_of(machine)) if quick else plot_known_for(machine)), picture)
+        # some have a page in the reference, which is the one to be listed
+        listed = "   :no-index:\n" * (machine.__name__ in vi.__all__)
+        drawing = plot_mechanism(example_of(machine))
+        save(drawing, into / f"{name}.svg")
+        save(drawing if quick else plot_known_for(machine), into / f"{name}-known-for.png")
         plt.close("all")
         write(
             into / f"{name}.md",
@@ -241,17 +252,11 @@ def write_machines(folder: Path, *, quick: bool) -> None:
             f"```sh\n{commands_of(machine)}\n```",
             f"```{{eval-rst}}\n.. autoclass:: vibroimpact.machines.{machine.__name__}\n{listed}```",
         )
-    cards = (
-        f":::{{grid-item-card}} {name}\n:img-top: {name}-known-for.png\n:link: {name}\n"
-        f":link-type: doc\n\n{head_of(machine_of(name))}\n:::\n"
-        for name in MACHINES
-    )
-    write(
-        into / "index.md",
+    write_gallery(
+        into,
         "# Gallery of machines",
         "Each with its defaults, and what it is known for. {doc}`../machines` says how they are named.",
-        "::::{grid} 1 2 3 3\n:gutter: 3\n\n" + "\n".join(cards) + "::::",
-        contents(MACHINES),
+        [Card(n, n, f"{n}-known-for.png", head_of(machine_of(n))) for n in MACHINES],
     )
 
 

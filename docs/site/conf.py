@@ -19,7 +19,6 @@ language = "en"
 extensions = [
     "myst_parser",  # pages are Markdown, readable without the site
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "numpydoc",  # docstrings follow it
     "sphinx.ext.viewcode",
     "sphinx_design",  # cards of the front page
@@ -27,16 +26,12 @@ extensions = [
     "sphinxcontrib.bibtex",
     "mathml",
 ]
-exclude_patterns = ["_build"]
-nitpicky = False
-
 myst_enable_extensions = ["colon_fence", "dollarmath", "amsmath"]
 myst_dmath_double_inline = True
 myst_heading_anchors = 4
 
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say shapes, units and ranges
-autosummary_generate = False
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 bibtex_bibfiles = ["references.bib"]
