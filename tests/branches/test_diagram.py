@@ -12,14 +12,14 @@ import vibroimpact as vi
 from vibroimpact.branches.diagram import (
     Diagram,
     branch_diagram,
-    orbits_at,
-    same_branch,
 )
 from vibroimpact.branches.same_orbit import (
     junction_of,
     loop_of,
     mirrored,
+    orbits_at,
     primitive_loop,
+    same_branch,
     same_loop,
 )
 from vibroimpact.continuation import Stopped

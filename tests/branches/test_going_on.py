@@ -179,3 +179,21 @@ def test_onsets_of_stick_are_curves_in_two_parameters() -> None:
         w, f = curve.values[len(curve) // 3]
         assert abs(f - FORCE) > 1e-3
         assert abs(holding_force(w, f) - level) < 1e-11
+
+
+def test_an_interruption_ends_the_branch_and_those_that_would_follow() -> None:
+    calls = 0
+
+    def interrupt(_: vi.ProgressReport) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 5:  # of the second direction, when the first has ended at REST1
+            raise KeyboardInterrupt
+
+    branch = vi.continue_orbit(
+        settled(3.2, 0.0), "forces[0].sine[0]", (2.9, 3.4), progress=interrupt
+    )
+    assert branch["REST1"]
+    assert branch.curve.interrupted
+    assert branch.others == ()
+    assert "interrupted" in str(branch.curve.ends[1])

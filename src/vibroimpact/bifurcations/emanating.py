@@ -19,7 +19,7 @@ from vibroimpact.bifurcations.equations import Equations, Pair, Solution
 from vibroimpact.bifurcations.starting_orbits import Born, run_through
 from vibroimpact.bifurcations.tests_along import nothing, on_multipliers
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.continuation import Curve, LocatedPoint, Steps, Stopped, continue_curve
+from vibroimpact.continuation import Curve, LocatedPoint, Steps, continue_curve
 from vibroimpact.continuation.walk import CurveProgress
 from vibroimpact.normal_forms.kind import PointKind
 
@@ -106,14 +106,9 @@ def checked_bounds(
     return ranges(names, (point.parameters[names[0]], point.parameters[names[1]]), wanted)
 
 
-def is_interrupted(curve: Curve) -> bool:
-    """Whether an interruption ended a curve."""
-    return any(end.reason is Stopped.INTERRUPTED for end in curve.ends)
-
-
 def uninterrupted(curve: Curve) -> Curve:
     """The curve; an interruption, after which it keeps its part, is raised further: it ends a search."""
-    if is_interrupted(curve):
+    if curve.interrupted:
         raise KeyboardInterrupt
     return curve
 

@@ -41,7 +41,6 @@ from vibroimpact.bifurcations.emanating import (
     NEAR_BEGINNING,
     checked_bounds,
     emanating,
-    is_interrupted,
     width_of,
 )
 from vibroimpact.bifurcations.equations import Solution
@@ -135,7 +134,7 @@ def _until_interrupted(
     """Curves up to the first that was interrupted, whose ends say so."""
     for one in curves:
         yield one
-        if isinstance(one, BifurcationCurve) and is_interrupted(one.curve):
+        if isinstance(one, BifurcationCurve) and one.curve.interrupted:
             return
 
 
@@ -219,7 +218,7 @@ def _leading_back(
         curve = emanating(
             kind, origin, born, bounds, steps, report.counted("points", origin.equations.names[1])
         )
-        if any(end.reason is Stopped.INTERRUPTED for end in curve.ends):
+        if curve.curve.interrupted:
             return curve
         if not all(is_inside(a, bounds) for a in curve.values.tolist()):
             return "the curve near the start lies outside the bounds"

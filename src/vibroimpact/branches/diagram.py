@@ -37,13 +37,13 @@ from vibroimpact._core.types import Bounds, Count, Floats
 from vibroimpact.branches.branch import Branch, place_of
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.point import BifurcationPoint, NotFound
-from vibroimpact.branches.same_orbit import Loop, junction_of, loop_of, orbits_at, same_loop
+from vibroimpact.branches.same_orbit import Loop, junction_of, same_branch, same_loop
 from vibroimpact.branches.stop_rules import StopWhen, inadmissible
 from vibroimpact.branches.switch import switch_branch
 from vibroimpact.compile.prescribed import PHASE
-from vibroimpact.continuation import Steps, Stopped
+from vibroimpact.continuation import Steps
 from vibroimpact.model.system import mechanism_of
-from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, converged
+from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
 from vibroimpact.simulation.places import AtPhase, AtStop
@@ -56,7 +56,6 @@ SAME_JUNCTION_OF_RANGE = 1e-7
 # States at one junction agree so well, relative to their size: square roots halve the digits.
 JUNCTION_OF_STATES = 1e-4
 BYTES_PER_VALUE = 2**14  # a value of the sweep has some hundred section points, up and down
-PROBE_SHARES = (0.5, 0.25, 0.75)  # a branch is probed at these shares of its points
 STOP_WHEN = inadmissible()
 
 
@@ -315,7 +314,7 @@ class Tree:
 
     def grow(self, first: Branch, depth: int, most_branches: int) -> None:
         """Add a branch and switch at every waiting point, the least first."""
-        self.interrupted = _interrupted(first)
+        self.interrupted = first.curve.interrupted
         self._add(first, 0)
         while self.waiting:
             here = heapq.heappop(self.waiting)
@@ -377,7 +376,7 @@ class Tree:
         if isinstance(found, NotFound):
             result = Reached(number, point.label, None, found.reason)
         else:
-            self.interrupted = _interrupted(found)
+            self.interrupted = found.curve.interrupted
             result = self._placed(found, number, point.label)
         self.reached.append(result)
         self.junctions.append((_junction(point), result))
@@ -390,10 +389,6 @@ class Tree:
             if how:
                 return Reached(number, label, k, _named(how))
         return Reached(number, label, len(self.branches), "new")
-
-
-def _interrupted(branch: Branch) -> bool:
-    return any(end.reason is Stopped.INTERRUPTED for end in branch.curve.ends)
 
 
 def _at_junction(number: int, label: str, first: Reached, how: str) -> Reached:
@@ -411,18 +406,3 @@ def _named(how: str) -> str:
 def _junction(point: BifurcationPoint) -> _Junction:
     loop = junction_of(point, JUNCTION_OF_STATES)
     return _Junction(point.parameter, loop, point.record.touch)
-
-
-def same_branch(found: Branch, known: Branch) -> str:
-    """Whether a branch holds the orbits of a known one: "same", "mirror image" or "" for no."""
-    if len(found.family.signature.impacts) != len(known.family.signature.impacts):
-        return ""
-    mechanism = mechanism_of(found.family.system)
-    for share in PROBE_SHARES:
-        index = int(share * (len(found) - 1))
-        here = loop_of(found.orbit(index))
-        for orbit in orbits_at(known, float(found.values[index])):
-            how = same_loop(here, loop_of(orbit), mechanism, SAME_ORBIT_RELATIVE)
-            if how:
-                return how
-    return ""

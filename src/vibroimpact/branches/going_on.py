@@ -23,9 +23,8 @@ from vibroimpact._core.labels import numbered
 from vibroimpact.branches.beginning import BranchStart, grown, neighbouring, shrunk
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.point import BifurcationPoint, NotFound
-from vibroimpact.branches.same_orbit import loop_of, orbits_at, same_loop
+from vibroimpact.branches.same_orbit import same_branch
 from vibroimpact.continuation import Curve, End, Stopped
-from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE
 
 MOST_BRANCHES = 8  # so many branches, each of another sequence, are followed at most
 SAME_ARCLENGTH = 1e-6  # a touch so near to the start of a branch, in scaled arclength, is the start
@@ -81,7 +80,10 @@ def trimmed(branch: Branch) -> tuple[Branch, list[Border]]:
     for i, border in enumerate(borders):
         named = border.point and points[kept.index(border.point)]
         borders[i] = border._replace(point=named)
-        ends[border.side] = End(Stopped.NO_MOTION, named.label if named else border.why)
+        reason = curve.ends[border.side].reason
+        if reason is not Stopped.INTERRUPTED:
+            reason = Stopped.NO_MOTION
+        ends[border.side] = End(reason, named.label if named else border.why)
     inside = np.flatnonzero((curve.arclength >= low) & (curve.arclength <= high) & admissible)
     here = slice(int(inside[0]), int(inside[-1]) + 1)
     arrays = ("values", "multipliers", "stability", "clearance", "impact_speed", "progress")
@@ -165,6 +167,8 @@ def _beyond(
     border: Border, bounds: tuple[float, float], follow: Follow, known: list[Branch]
 ) -> tuple[Branch, list[Border]] | str:
     """The branch that follows at an end, and its own other ends; else why there is none."""
+    if known[-1].curve.interrupted:
+        return "it was interrupted"
     if border.point is None:
         return "no special point is there"
     if len(known) >= MOST_BRANCHES:
@@ -178,7 +182,7 @@ def _beyond(
         return str(error)
     if not found.admissible.any():
         return f"orbits with the sequence of {found.symbol} begin there, which are no motions"
-    if any(_is_same(found, other) for other in known):
+    if any(same_branch(found, other) for other in known):
         return f"it meets the branch of {found.symbol}"
     near = SAME_PLACE_OF_RANGE * (bounds[1] - bounds[0])
     here = border.point.parameter
@@ -189,21 +193,6 @@ def _begins_at(point: BifurcationPoint) -> Callable[..., BranchStart | NotFound]
     """What gives the start of the orbits beyond a point (1)."""
     begins = point.record.begins
     return begins if begins in (grown, shrunk) and not point.of_element else neighbouring
-
-
-def _is_same(one: Branch, other: Branch) -> bool:
-    """Whether a branch is followed already: an orbit of it, at the other's value of the parameter, is the other's."""
-    middle = one.orbit(len(one) // 2)
-    loop, p = loop_of(middle), float(one.values[len(one) // 2])
-    if len(one.family.signature.impacts) != len(other.family.signature.impacts):
-        return False
-    low, high = other.extent
-    if not low <= p <= high:
-        return False
-    return any(
-        same_loop(loop, loop_of(orbit), middle.mechanism, SAME_ORBIT_RELATIVE)
-        for orbit in orbits_at(other, p)
-    )
 
 
 def _with_end(branch: Branch, side: int, what: str) -> Branch:

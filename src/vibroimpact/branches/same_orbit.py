@@ -24,10 +24,13 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.stop import Stop
+from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, solve, unfolded
 from vibroimpact.orbits.find import mirrored as mirror_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import asymmetry, least_cycles
+
+PROBE_SHARES = (0.5, 0.25, 0.75)  # a branch is probed at these shares of its points
 
 
 class Loop(NamedTuple):
@@ -137,3 +140,18 @@ def orbits_at(branch: Branch, value: float) -> Iterator[Orbit]:
         orbit = solve(system, family.signature, guess)
         if orbit.converged:
             yield orbit
+
+
+def same_branch(found: Branch, known: Branch) -> str:
+    """Whether a branch holds the orbits of a known one: "same", "mirror image" or "" for no."""
+    if len(found.family.signature.impacts) != len(known.family.signature.impacts):
+        return ""
+    mechanism = mechanism_of(found.family.system)
+    for share in PROBE_SHARES:
+        index = int(share * (len(found) - 1))
+        here = loop_of(found.orbit(index))
+        for orbit in orbits_at(known, float(found.values[index])):
+            how = same_loop(here, loop_of(orbit), mechanism, SAME_ORBIT_RELATIVE)
+            if how:
+                return how
+    return ""

@@ -113,16 +113,20 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     case = common.case_of(arguments, varied, option)
     start, stop_when = orbit_of(arguments, case), arguments.stop_when
     low, high = range_of(option, bounds, name, parameter_value(case.system, name))
-    branches = [continue_orbit(start, name, (low, high), stop_when=stop_when)]
-    common.check_interrupted(branches[0].curve)
+    branches = [_whole(continue_orbit(start, name, (low, high), stop_when=stop_when))]
     for label in arguments.switch:
         point = branches[-1][label]
         found = switch_branch(point, (low, high), stop_when=stop_when)
         if isinstance(found, NotFound):
             raise common.Failure(f"{point!r}: {found.reason}.")
-        common.check_interrupted(found.curve)
-        branches.append(found)
+        branches.append(_whole(found))
     return branches
+
+
+def _whole(branch: Branch) -> Branch:
+    """A branch that was not interrupted, nor any with which it goes on."""
+    common.check_interrupted(*(one.curve for one in (branch, *branch.others)))
+    return branch
 
 
 def orbit_of(arguments: argparse.Namespace, case: Case) -> Orbit:

@@ -721,4 +721,4 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     return Prescribed(lambda: system, parameter, made.layout, _with_derivatives(made.numbers))
 
 
-_cached = lru_cache(maxsize=4096)(_compile)  # a few kilobytes each
+_cached = lru_cache(maxsize=256)(_compile)  # with the exponentials of its flights up to 1.4 MB each

@@ -163,6 +163,11 @@ class Curve:
     def __len__(self) -> int:
         return len(self.parameter)
 
+    @property
+    def interrupted(self) -> bool:
+        """Whether an interruption ended it."""
+        return any(end.reason is Stopped.INTERRUPTED for end in self.ends)
+
     def named(self, name: str) -> Iterator[LocatedPoint]:
         """The special points of one test function, in order."""
         return (point for point in self.special if point.test == name)
