@@ -6,6 +6,7 @@ Property tests draw the same examples every time.
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -28,9 +29,21 @@ FIRST = {  # those that compile programs, and long ones that would come last
 }
 
 
+@pytest.hookimpl(tryfirst=True)  # before those that are not wanted are left out
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run long files first: one of them alone at the end keeps a core idle."""
+    """Run long files first, and mark as slow what `one_in` leaves to the whole suite.
+
+    A long file alone at the end keeps a core idle.
+    """
     items.sort(key=lambda item: item.path.name not in FIRST)
+    cases: Counter[str] = Counter()
+    for item in items:
+        marker = item.get_closest_marker("one_in")
+        if marker is not None:
+            name = item.nodeid.partition("[")[0]
+            if cases[name] % marker.args[0]:
+                item.add_marker(pytest.mark.slow)
+            cases[name] += 1
 
 
 @pytest.fixture

@@ -102,6 +102,7 @@ def test_the_drift_of_a_mass_that_only_slides_is_its_balance_of_forces():
     assert found.progress[0] == pytest.approx(closed, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_a_pile_that_is_driven_is_periodic_with_the_progress_that_a_sweep_observes():
     found = vi.classify(ram(), PAIR, at=vi.AtPhase(0.0), **FEW)
     assert found.label == "1-1-0 periodic, advancing"

@@ -181,6 +181,7 @@ def test_a_chenciner_point_is_found_where_the_lyapunov_coefficient_vanishes() ->
     assert tuple(found["CH_1"].parameters.values()) == pytest.approx((0.0, 0.0), abs=LOCATED)
 
 
+@pytest.mark.slow
 def test_neutral_saddles_beyond_a_resonance_are_said_to_be_no_bifurcation() -> None:
     x = math.sqrt(1.2) - 1.0
     found = curve(0.5, "NS", 0.2, 1.0 + 0.5 * x)

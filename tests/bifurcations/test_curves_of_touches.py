@@ -14,6 +14,7 @@ OMEGA_D = math.sqrt(1.0 - ZETA**2)
 FEW = vi.Steps(first=0.2, points=30)
 
 
+@pytest.mark.slow
 def test_a_touch_is_resonant_where_whole_half_periods_of_vibration_fit_between_two() -> None:
     """C L w is -exp(-zeta T) sin(omega_d T) / omega_d: zero at omega = 2 omega_d / k."""
     amplitude = lambda omega: 1.0 / math.hypot(1.0 - omega**2, 2.0 * ZETA * omega)  # noqa: E731

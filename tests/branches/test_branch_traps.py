@@ -89,6 +89,7 @@ def test_orbits_and_multipliers_do_not_depend_on_units(length: float, time: floa
     assert second.determinant_error < 1e-9
 
 
+@pytest.mark.slow
 def test_without_loss_no_torus_is_invented() -> None:
     # mu and 1 / mu: the product over pairs vanishes identically
     system = vi.Mechanism(

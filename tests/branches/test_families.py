@@ -180,6 +180,7 @@ def test_a_search_lists_one_member_of_a_family() -> None:
 
 
 @pytest.mark.parametrize("seed", range(12))
+@pytest.mark.one_in(3)
 def test_without_forcing_no_lossy_impact_is_part_of_an_orbit(seed: int) -> None:
     """Energy falls at every impact and rises nowhere."""
     rng = np.random.default_rng(seed)

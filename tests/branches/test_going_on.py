@@ -168,6 +168,7 @@ def test_a_file_and_a_picture_hold_the_branches_with_which_it_goes_on(tmp_path: 
     assert drawn.max() == 0.79
 
 
+@pytest.mark.slow
 def test_onsets_of_stick_are_curves_in_two_parameters() -> None:
     orbit = vi.find_orbit(rubbing(0.78), vi.State((2.0,), (0.0,)))
     branch = vi.continue_orbit(orbit, "omega", (0.7, 0.79), inadmissible=True)

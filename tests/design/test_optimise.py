@@ -247,6 +247,7 @@ def test_the_objective_is_within_a_decibel_over_the_robust_range(best: vi.Design
         assert whole or value > limit
 
 
+@pytest.mark.slow
 def test_an_optimum_at_its_bound_is_said_to_be_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -137,6 +137,7 @@ SLOW = pytest.mark.slow
         pytest.param(QUICK, MANY, 6.0, id="many", marks=SLOW),
     ],
 )
+@pytest.mark.one_in(2)
 def test_events_are_those_of_another_integrator(
     kind: str, first: int, last: int, periods: float
 ) -> None:

@@ -67,6 +67,7 @@ def check_graze(g: Graze) -> None:
 
 @pytest.mark.parametrize("left", [False, True], ids=["interior", "departing"])
 @pytest.mark.parametrize("name", GRAZED)
+@pytest.mark.one_in(3)
 def test_near_grazes_are_decided_outside_eps_and_reported_inside(name: str, left: bool) -> None:
     rng = np.random.default_rng(20210401)
     cases = list(grazes(GRAZED[name], rng, 9, GAPS, left=left))
@@ -180,6 +181,7 @@ OPENS, CLOSES = 0.5 * math.pi, 1.5 * math.pi  # phases at which the gap accelera
 
 @pytest.mark.parametrize("ulps", [-1, 0, 1])
 @pytest.mark.parametrize("speed", SPEEDS)
+@pytest.mark.one_in(3)
 def test_starts_on_a_stop_fly_on_where_the_gap_opens(speed: float, ulps: int) -> None:
     d = paper_damper("A", 1.2)
     event = first_event(d, on_stop_a(d, speed, OPENS, ulps))

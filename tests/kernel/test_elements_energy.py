@@ -111,6 +111,7 @@ def struck(r: Reference, contact: int, before: Array, after: Array) -> float:
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.one_in(3)
 def test_the_work_done_is_what_is_stored_and_what_is_dissipated(kind: str) -> None:
     for seed in range(100, 100 + MACHINES):
         rng = np.random.default_rng(seed)

@@ -233,6 +233,7 @@ TWO = {
 
 
 @pytest.mark.parametrize("names", [*DECADES], ids=[*DECADES])
+@pytest.mark.one_in(3)
 def test_a_mass_with_a_number_of_any_decade_moves_as_at_fifty_digits(names: str) -> None:
     """Six decades apart; next, one decade apart."""
     answered = [check(case) for case in decades({names: DECADES[names]}, of_one, 6)]

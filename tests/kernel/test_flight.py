@@ -75,6 +75,7 @@ def test_free_masses_and_several_lines_fly_to_rounding(m: vi.Mechanism, t: float
 @pytest.mark.parametrize("t", [0.013, 0.7, 12.3, 300.0, 1e4])
 @pytest.mark.parametrize(("n", "rank"), [(2, 1), (3, 3), (4, 2)])
 @pytest.mark.parametrize("dense", [False, True])
+@pytest.mark.one_in(3)
 def test_non_proportional_damping_flies_to_rounding(
     n: int, rank: int, t: float, dense: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:

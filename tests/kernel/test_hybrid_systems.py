@@ -66,6 +66,7 @@ def test_of_two_guards_reached_at_one_instant_the_one_given_first_decides(
 @pytest.mark.parametrize("names", ["gh", "hg"])
 @pytest.mark.parametrize("rate", [0.9, 2.3, 13.0])
 @pytest.mark.parametrize("faster", [1.0, 16.0])
+@pytest.mark.one_in(5)
 def test_of_guards_due_on_either_side_of_the_end_of_a_step_the_one_given_first_decides(
     names: str, rate: float, faster: float
 ) -> None:

@@ -251,6 +251,7 @@ ILL = 1e9  # maps that lose more than nine digits prove little
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 6])
+@pytest.mark.one_in(3)
 def test_determinant_identity_on_random_systems(n: int) -> None:
     """One to six degrees of freedom, free masses, several contacts, random impact sequences."""
     checked = 0
@@ -302,6 +303,7 @@ SECTION_SEEDS = np.array([[0, 1, 0, 0], [0, 1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0]
 
 @pytest.mark.parametrize("impacts", [1, 2, 5, 12])
 @pytest.mark.parametrize(("name", "omega"), [("A", 1.2), ("B", 0.937), ("C", 0.4172)])
+@pytest.mark.one_in(3)
 def test_jacobian_agrees_with_high_precision_differences(
     name: str, omega: float, impacts: int
 ) -> None:

@@ -291,14 +291,17 @@ def test_scalar_types_keep_their_promises(compiler: str, tmp_path: Path) -> None
     subprocess.run([build(compiler, "scalar_test", tmp_path)], check=True)
 
 
+@pytest.mark.slow
 def test_roots_are_found_where_newtons_method_goes_round(tmp_path: Path) -> None:
     subprocess.run([build("clang", "root_test", tmp_path)], check=True)
 
 
+@pytest.mark.slow
 def test_what_is_called_clear_keeps_the_stated_margins(tmp_path: Path) -> None:
     subprocess.run([build("clang", "margin_test", tmp_path)], check=True)
 
 
+@pytest.mark.slow
 def test_how_far_a_contact_gets_is_bounded_by_no_less(tmp_path: Path) -> None:
     subprocess.run([build("clang", "reach_test", tmp_path)], check=True)
 

@@ -257,6 +257,7 @@ def random_mechanism(random: np.random.Generator, top: float, far: int) -> vi.Me
 
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("top", [5.0, 300.0, 1e4])
+@pytest.mark.one_in(5)
 def test_strides_meet_the_impacts_that_blocks_meet(seed: int, top: float) -> None:
     """With five contacts there are no blocks; three of them are never reached."""
     start = vi.State((0.0,) * 3, (0.0,) * 3)

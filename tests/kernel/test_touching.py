@@ -275,6 +275,7 @@ def audit(m: vi.Mechanism, run: vi.Run) -> None:
 
 
 @pytest.mark.parametrize("seed", range(0, 120, 20))
+@pytest.mark.one_in(3)
 def test_chains_of_touching_bodies_jump_at_impacts_alone(seed: int) -> None:
     for one in range(seed, seed + 20):
         m, state = drawn(one)

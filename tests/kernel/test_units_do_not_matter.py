@@ -277,16 +277,19 @@ def compared(kind: str, first: int, last: int, *ways: Otherwise) -> None:
 
 
 @KIND
+@pytest.mark.one_in(3)
 def test_nanometres_and_microseconds_change_rounding_only(kind: str) -> None:
     compared(kind, 0, QUICK, small)
 
 
 @KIND
+@pytest.mark.one_in(3)
 def test_a_mirrored_machine_moves_as_a_mirror_image(kind: str) -> None:
     compared(kind, 0, QUICK, mirror)
 
 
 @KIND
+@pytest.mark.one_in(3)
 def test_coordinates_contacts_and_elements_have_no_order(kind: str) -> None:
     compared(kind, 0, QUICK, turned)
 

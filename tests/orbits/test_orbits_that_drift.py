@@ -108,6 +108,7 @@ def test_files_keep_the_progress(tmp_path: Path) -> None:
     assert "progress" in branch.to_dataset()
 
 
+@pytest.mark.slow
 def test_curves_in_two_parameters_of_what_drifts_are_refused() -> None:
     branch = vi.continue_orbit(creeping(), "omega", (1.0, 1.15))
     with pytest.raises(vi.InvalidParameterError, match="drifts"):

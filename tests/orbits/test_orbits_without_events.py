@@ -58,6 +58,7 @@ def test_touches_on_its_branch_are_where_the_amplitude_is_the_clearance() -> Non
     assert not branch.curve.unresolved
 
 
+@pytest.mark.slow
 def test_orbits_with_impacts_begin_at_its_touch_and_end_with_it() -> None:
     orbit = vi.find_orbit(ONE_SIDED, REST, stops="")
     touch = vi.continue_orbit(orbit, "forces[0].omega", (0.7, 0.9))["GR1"]

@@ -219,6 +219,7 @@ def test_responses_have_the_same_bits_in_units_of_powers_of_two(
     pair.same(one.worst.value, other.worst.value, length=1)
 
 
+@pytest.mark.one_in(3)
 def test_sweeps_in_lanes_have_the_same_bits_in_units_of_powers_of_two(pair: Pair) -> None:
     one, other = pair.both(
         lambda m, s, unit: vi.sweep(

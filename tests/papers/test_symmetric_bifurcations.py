@@ -35,6 +35,7 @@ ON_STOP = np.array(
 
 
 @pytest.mark.parametrize("point", POINTS, ids=lambda p: f"{p['set']}-{p['kind']}-{p['omega'][:7]}")
+@pytest.mark.one_in(4)
 def test_each_bifurcation_is_found_to_1e_12(point: dict[str, Any]) -> None:
     found = branch_of(point["set"])
     near = min(found, key=lambda b: abs(b.omega - float(point["omega"])))
@@ -118,6 +119,7 @@ def test_jets_through_the_engine_give_the_closed_form_jacobian() -> None:
 
 @settings(max_examples=150, deadline=None)
 @given(DAMPER_PARAMETERS)
+@pytest.mark.slow
 def test_the_determinant_of_the_half_map_is_the_identity(p: dict[str, float]) -> None:
     damper = vi.ImpactDamper(**p)
     for orbit in vi.symmetric_orbits(damper):

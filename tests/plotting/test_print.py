@@ -71,6 +71,7 @@ PLOTS: dict[str, Callable[[Axes | None], Axes]] = {
 
 @pytest.mark.parametrize(("columns", "wide"), [(1, 86.4), (2, 177.8)])
 @pytest.mark.parametrize("name", PLOTS)
+@pytest.mark.one_in(3)
 def test_nothing_is_cut_in_a_column_of_a_journal_or_two(
     name: str, columns: int, wide: float
 ) -> None:

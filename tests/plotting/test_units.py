@@ -181,6 +181,7 @@ def test_a_bifurcation_diagram_is_in_si_units(variable: str, shown: Shown) -> No
         ("period", Shown("s", 1.0 / RATE)),
     ],
 )  # fmt: skip
+@pytest.mark.one_in(3)
 def test_a_branch_is_drawn_in_si_units(variable: str, shown: Shown) -> None:
     si, plain = (plotting.plot_branches([branch(one)], variable=variable) for one in (SI, PLAIN))
     assert_labels(si, plain, Shown("rad/s", RATE), shown)

@@ -188,6 +188,7 @@ def test_other_code_than_the_stored_one_is_refused(tmp_path: Path) -> None:
         vi.load(tmp_path / "own.nc", SET_A)
 
 
+@pytest.mark.slow
 def test_a_curve_of_a_map_is_loaded_with_the_map(tmp_path: Path) -> None:
     torus = torus_of_a_map()
     henon = torus.problem.equations.map  # type: ignore[attr-defined]

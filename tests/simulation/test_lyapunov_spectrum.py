@@ -70,6 +70,7 @@ PERIODIC = {
 
 
 @pytest.mark.parametrize("name", PERIODIC)
+@pytest.mark.one_in(3)
 def test_exponents_of_periodic_motion_are_those_of_its_multipliers(name: str) -> None:
     system, start = PERIODIC[name]
     found = vi.lyapunov_spectrum(system, start, impacts=8000, settle_impacts=4000)

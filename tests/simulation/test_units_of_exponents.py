@@ -60,6 +60,7 @@ def compare(kind: str, first: int, last: int, exponents: Callable[..., Found]) -
 
 @KIND
 @COUNTED
+@pytest.mark.one_in(3)
 def test_exponents_of_sweeps_have_the_same_bits_in_units_of_powers_of_two(
     kind: str, first: int, last: int
 ) -> None:

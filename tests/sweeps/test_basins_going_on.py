@@ -146,6 +146,7 @@ def test_a_torus_whose_points_come_in_runs_is_one(settle: float) -> None:
     assert float(found.share[0]) == 1.0
 
 
+@pytest.mark.slow
 def test_every_name_has_its_starts() -> None:
     for omega, settle in ((1.075, 20), (1.085, 250)):
         system, over = replace(SET_B, omega=omega), {"x1": AXIS, "v1": AXIS}

@@ -211,6 +211,7 @@ def test_what_elements_take_is_what_the_motion_loses(law: Any) -> None:
         np.testing.assert_allclose(work.sum(), before - end, atol=2000 * 2.0**-53 * before)
 
 
+@pytest.mark.slow
 def test_a_plane_names_the_motions_that_classify_finds() -> None:
     system = vi.Family(soft, k=29.0, c=0.0, omega=0.8)
     over = {"omega": np.linspace(0.7, 1.4, 4), "k": np.array([5.0, 29.0])}

@@ -78,6 +78,7 @@ def test_a_system_that_is_code_goes_to_the_workers(cluster):
     xr.testing.assert_identical(there, vi.sweep(vi.Family(build, gap=1.0), **options))
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_loses_nothing(cluster):
     workers = list(cluster.run(os.getpid).values())
     told: list[int] = []
@@ -180,6 +181,7 @@ LOSSES = {
 
 
 @pytest.mark.parametrize(("lose", "message"), LOSSES.values(), ids=LOSSES)
+@pytest.mark.one_in(4)
 def test_a_cluster_that_is_lost_ends_the_sweep_and_the_store_resumes(
     lone, lose, message, tmp_path: Path
 ):
@@ -276,6 +278,7 @@ def swept_until_no_worker(client, then, **options):
         return swept(backend="dask", client=client, tile=2, progress=act, **options)
 
 
+@pytest.mark.slow
 def test_a_sweep_without_workers_goes_on_with_the_next(lone, tmp_path: Path):
     found = swept_until_no_worker(
         lone, lambda: lone.cluster.scale(1), store=tmp_path / "sweep.zarr"
@@ -298,6 +301,7 @@ def heard():
 
 
 @pytest.mark.usefixtures("heard")
+@pytest.mark.slow
 def test_ctrl_c_ends_a_sweep_that_waits_for_workers_and_the_store_resumes(lone, tmp_path: Path):
     store = tmp_path / "sweep.zarr"
     with pytest.raises(KeyboardInterrupt, match="interrupted; 4 of 24 tiles are in"):

@@ -160,6 +160,7 @@ class Killed(BaseException):
     """The end of a process, as far as the disc can tell."""
 
 
+@pytest.mark.slow
 def test_a_sweep_that_ends_at_any_write_resumes_with_equal_bits(tmp_path: Path, monkeypatch):
     calls, to_disc = [0], os.fsync
 
