@@ -1,7 +1,8 @@
 // The page: what is chosen, what is drawn, and who computes it.
 
 import { fast, plain } from "virtual:kernel";
-import { type MachineData, machinesOf, type Parameter, type Start, unpacked, type Recording } from "./data";
+import { type MachineData, machinesOf, type Parameter, type Start, unpacked } from "./data";
+import { ask, type Changes, listenToHost, tell } from "./host";
 import { Kernel, Refused } from "./kernel";
 import { drawMachine, type Ink, Motion } from "./motion";
 import Work from "./worker?worker&inline";
@@ -24,6 +25,7 @@ let motion: Motion | null = null;
 let playing = true, time = 0, last = 0;
 const scale = { size: 1e-300 };
 let ink: Ink = {};
+const addressed = location.protocol !== "about:"; // a frame's text has no address of its own
 const served = location.protocol.startsWith("http") && document.getElementById("server") !== null;
 
 // ---- beginning -----------------------------------------------------------------------------------
@@ -93,6 +95,7 @@ async function begin(): Promise<void> {
   choose(from?.machine ?? all.chosen, from);
   if (said) say(said);
   listen();
+  listenToHost(set, show);
   requestAnimationFrame(frame);
   document.body.dataset.ready = "1";
 }
@@ -146,7 +149,28 @@ async function readHash(): Promise<Link | null> {
 function writeHash(): void {
   const words = [`machine=${machine.name}`, ...machine.parameters.map((p) => `${encodeURIComponent(p.name)}=${values[p.name]}`)];
   words.push(`x=${start.x.join(",")}`, `v=${start.v.join(",")}`, `phase=${start.phase}`);
-  history.replaceState(null, "", `#${words.join("&")}`);
+  if (addressed) history.replaceState(null, "", `#${words.join("&")}`);
+}
+
+/** Take what the host sets; what it does not name stays. */
+function set(changes: Changes): void {
+  const name = changes.machine ?? machine.name;
+  if (!(name in machines)) return say(`There is no machine ${JSON.stringify(name)} here.`);
+  const taken = { machine: name, values: { ...changes.values }, start: { ...changes.start } };
+  if (name !== machine.name) return choose(name, taken);
+  values = { ...values, ...taken.values };
+  start = { ...start, ...structuredClone(taken.start) };
+  refresh();
+  restart();
+  drawDiagram();
+  drawPlane();
+}
+
+/** Show these panels alone. */
+function show(panels: string[]): void {
+  document.body.dataset.panels = "some";
+  for (const panel of document.querySelectorAll<HTMLElement>("[data-panel]")) panel.hidden = !panels.includes(panel.dataset.panel!);
+  redraw();
 }
 
 function choose(name: string, link: Link | null = null): void {
@@ -282,6 +306,7 @@ let track: { t: number[]; x: number[][] } = { t: [], x: [] };
 function restart(): void {
   say("");
   writeHash();
+  tell({ machine: machine.name, values, start });
   time = 0;
   scale.size = 1e-300;
   track = { t: [], x: machine.start.x.map(() => []) };
@@ -301,20 +326,20 @@ function refused(error: unknown): void {
   crew.give(0, null, () => undefined);
   clearPoints();
   say(error.message);
-  if (served) void ask();
+  void missed();
 }
 
-/** Ask the command for a compilation at these values. */
+/** Ask for a compilation at these values. */
 let asked = "";
-async function ask(): Promise<void> {
-  const question = JSON.stringify({ machine: machine.name, values, start });
-  if (question === asked) return;
-  asked = question;
-  const answer = await fetch("recording", { method: "POST", body: question });
-  const found = (await answer.json()) as { refused?: string; recording?: Recording };
+async function missed(): Promise<void> {
+  const question = { machine: machine.name, values, start }, text = JSON.stringify(question);
+  if (text === asked) return;
+  asked = text;
+  const found = await ask(question, served);
+  if (!found) return;
   if (found.refused) return say(found.refused);
-  if (question !== JSON.stringify({ machine: machine.name, values, start })) return;
-  machine.recordings.unshift(unpacked(found.recording!, operands));
+  if (text !== JSON.stringify({ machine: machine.name, values, start }) || !found.recording) return;
+  machine.recordings.unshift(unpacked(found.recording, operands));
   machine = machines[machine.name] = { ...machine };
   crew.know(machine);
   restart();
@@ -846,6 +871,7 @@ function redraw(): void {
 
 function listen(): void {
   colours();
+  $("link").hidden = !addressed;
   $("run").onclick = () => {
     playing = !playing;
     buttons();

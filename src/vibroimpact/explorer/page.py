@@ -26,7 +26,9 @@ from vibroimpact.model.state import State
 from vibroimpact.model.system import System
 from vibroimpact.simulation.simulate import simulate
 
-PAGE = Path(__file__).with_name("page.html")  # `make explorer` puts it here
+PAGE = Path(__file__).with_name(
+    "page.html"
+)  # `make explorer` puts it here; embed.js shows it in another page
 PLACE = "<!--machines-->"
 LOOPBACK = "127.0.0.1"
 MOST_QUESTION = 1 << 16  # bytes
@@ -71,6 +73,34 @@ def page_with(
     return PAGE.read_text(encoding="utf-8").replace(PLACE, "\n".join(parts), 1)
 
 
+def answer_of(systems: Mapping[str, System], question: Mapping[str, Any]) -> Data:
+    """What the page is told when it has no compilation for the values of its machine.
+
+    Parameters
+    ----------
+    systems
+        The machines, by the names that the page has.
+    question
+        Of the page: "machine", its name; "values" of its parameters; "start", with "x", "v" and "phase".
+
+    Returns
+    -------
+    dict
+        "recording", with the modes that the motion meets; or "refused", a sentence that says why there is none.
+    """
+    try:
+        system, start = systems[question["machine"]], question["start"]
+        values = {name: float(x) for name, x in question["values"].items()}
+        state = State(tuple(start["x"]), tuple(start["v"]), float(start["phase"]))
+        compiled = simulate(with_parameters(system, values), state, impacts=IMPACTS)._compiled
+        codes = sorted(compiled.codes)
+        return {"recording": packed_of(recording_of(system, values, codes, compiled.pace))}
+    except (VibroImpactError, ArithmeticError) as error:
+        return {"refused": str(error)}
+    except (TypeError, ValueError, KeyError, AttributeError, Split):
+        return {"refused": "These values cannot be compiled for the page."}
+
+
 class Server(ThreadingHTTPServer):
     """Serves the page on this computer alone, and compilations of its machines at other values."""
 
@@ -84,15 +114,6 @@ class Server(ThreadingHTTPServer):
     def address(self) -> str:
         """Address of the page."""
         return f"http://{LOOPBACK}:{self.server_address[1]}/"
-
-    def recording(self, question: Mapping[str, Any]) -> Data:
-        """The recording of a machine for these values, with the modes that its motion meets."""
-        system = self.systems[question["machine"]]
-        values = {name: float(x) for name, x in question["values"].items()}
-        start = question["start"]
-        state = State(tuple(start["x"]), tuple(start["v"]), float(start["phase"]))
-        compiled = simulate(with_parameters(system, values), state, impacts=IMPACTS)._compiled
-        return recording_of(system, values, sorted(compiled.codes), compiled.pace)
 
 
 class _Answers(BaseHTTPRequestHandler):
@@ -123,12 +144,10 @@ class _Answers(BaseHTTPRequestHandler):
             self.send_error(HTTPStatus.NOT_FOUND)
             return
         try:
-            found = self.server.recording(json.loads(self.rfile.read(size)))
-            answer: Data = {"recording": packed_of(found)}
-        except (VibroImpactError, ArithmeticError) as error:
-            answer = {"refused": str(error)}
-        except (TypeError, ValueError, KeyError, AttributeError, Split):
-            answer = {"refused": "These values cannot be compiled for the page."}
+            question = json.loads(self.rfile.read(size))
+        except ValueError:
+            question = {}
+        answer = answer_of(self.server.systems, question)
         self._send(json_text(answer).encode(), "application/json")
 
     def _is_from_here(self) -> bool:
