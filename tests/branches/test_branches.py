@@ -278,7 +278,7 @@ def test_onset_of_sticking_is_where_a_plastic_impact_no_longer_opens() -> None:
         ).converged
     )
     branch = vi.continue_orbit(guess, "preload", (-2.0, 2.0))
-    points = [p for p in branch.special_points if p.kind == "STICK"]
+    points = [p for p in branch.special_points if p.kind in ("CS", "SS")]
     assert points
     for point in points:
         theta = point.orbit.states[0, 2]

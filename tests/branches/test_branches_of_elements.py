@@ -126,13 +126,13 @@ def test_friction_begins_to_stick_at_its_closed_form_seen_from_both_sides() -> N
     level, low = "elements[0].kinetic", 0.3
     slipping = vi.continue_orbit(vi.find_orbit(rubbing(low), REST), level, (0.28, 0.6))
     wanted = onset_of_sticking(0.6)
-    onset = slipping["STICK1"]
+    onset = slipping["CS1"]
     assert abs(onset.parameter - wanted) < 1e-12
     assert onset.images == 2  # on the way up and down
     (sticking,) = slipping.others  # the branch goes on
     assert sticking.orbit(-1).zero_multipliers == 1
-    assert abs(sticking["REST1"].parameter - wanted) < 1e-12
-    assert "sticks for no time" in sticking["REST1"].meaning
+    assert abs(sticking["CS1"].parameter - wanted) < 1e-12
+    assert "a slip that reverses begins to stick" in sticking["CS1"].meaning
     assert slipping.admissible.all()
     assert slipping.values.max() < wanted < sticking.values.min()
 

@@ -127,11 +127,11 @@ def test_a_plastic_ball_no_longer_rests_where_its_flight_takes_the_period() -> N
     """Released at sin t0 = 1 / G it flies one period if G cos t0 = pi: G^2 = 1 + pi^2."""
     branch = vi.continue_orbit(settled(3.2, 0.0), "forces[0].sine[0]", (3.15, 3.35))
     wanted = math.hypot(1.0, math.pi)
-    end = branch["REST1"]
+    end = branch["CS1"]
     assert abs(end.parameter - wanted) < 1e-12
-    assert end.meaning == "rest begins or ends: a stop is rested on for no time"
+    assert end.meaning.startswith("crossing-sliding: a plastic impact that opens at once")
     (opening,) = branch.others
-    assert abs(opening["STICK1"].parameter - wanted) < 1e-10
+    assert abs(opening["CS1"].parameter - wanted) < 1e-10
     assert opening.values.min() > end.parameter
     assert opening.admissible.all()
 
@@ -188,13 +188,13 @@ def test_an_interruption_ends_the_branch_and_those_that_would_follow() -> None:
     def interrupt(_: vi.ProgressReport) -> None:
         nonlocal calls
         calls += 1
-        if calls == 5:  # of the second direction, when the first has ended at REST1
+        if calls == 5:  # of the second direction, when the first has ended at CS1
             raise KeyboardInterrupt
 
     branch = vi.continue_orbit(
         settled(3.2, 0.0), "forces[0].sine[0]", (2.9, 3.4), progress=interrupt
     )
-    assert branch["REST1"]
+    assert branch["CS1"]
     assert branch.curve.interrupted
     assert branch.others == ()
     assert "interrupted" in str(branch.curve.ends[1])

@@ -43,11 +43,12 @@ from vibroimpact.branches.family import (
 )
 from vibroimpact.branches.kinds import Function
 from vibroimpact.branches.touch import Place
-from vibroimpact.compile.modes import code_of
+from vibroimpact.compile.modes import code_of, digit_in_code
+from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import FORCE_WATCH, End, Prescribed, compile_prescribed
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.orbits.admissibility import Nearest
-from vibroimpact.orbits.reversals import held_code
+from vibroimpact.orbits.reversals import far_limit, held_code
 
 
 class Derivatives(NamedTuple):
@@ -330,11 +331,19 @@ def sticking(plane: OrbitPlane, segment: int) -> Condition:
     m, mode, own = plane.mechanism, plane.modes[segment], f"{STICK} {segment}"
     stop = plane.signature.impacts[segment]
     if stop.contact < len(m.rigid_stops):
-        closed = mode + code_of((stop,))
+        closed = mode if digit_in_code(mode, stop.contact) else mode + code_of((stop,))
         force = End(stop.contact, -1, closed, FORCE_WATCH)
         return JustAfter(plane, segment, [force], own, rate=False)
-    ends = compile_prescribed(plane.system, "", (mode,)).ends
-    slip = next(end for end in ends if end.contact == stop.contact)
+    compiled = compile_prescribed(plane.system, "", (mode,))
+    contacts, count = len(m.rigid_stops), len(m.switching)
+    before, after = (
+        states_from_code(flight.mode, contacts, count)[stop.contact - contacts]
+        for flight in (plane.signature.flights[segment - 1], plane.signature.flights[segment])
+    )
+    if after == m.switching[stop.contact - contacts].holding:
+        limit, *_ = far_limit(compiled, mode, stop.contact, before)
+        return JustAfter(plane, segment, [limit], own, rate=False)
+    slip = next(end for end in compiled.ends if end.contact == stop.contact)
     return JustAfter(plane, segment, [slip], own, rate=True)
 
 

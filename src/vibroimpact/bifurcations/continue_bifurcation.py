@@ -37,7 +37,7 @@ from vibroimpact.bifurcations.tests_along import (
     on_multipliers,
 )
 from vibroimpact.branches.checks import check_parameter
-from vibroimpact.branches.family import OrbitFamily, lossless
+from vibroimpact.branches.family import REST, STICK, OrbitFamily, lossless
 from vibroimpact.branches.kinds import BP, EVENTS, GR, LEVEL, NS, ONE, Function, checked_value
 from vibroimpact.branches.point import BifurcationPoint, is_motion
 from vibroimpact.branches.same_orbit import half_turn
@@ -80,8 +80,8 @@ def continue_bifurcation(
     Parameters
     ----------
     point
-        Where to start: a special point of a branch, of any kind but an onset of sticking and a branch point of orbits
-        without symmetry; a point of another curve; or a :func:`map_bifurcation`.
+        Where to start: a special point of a branch, of any kind but a branch point of orbits without symmetry; a point
+        of another curve; or a :func:`map_bifurcation`.
     parameters
         Names of two different parameters; that of the branch need not be among them.
     bounds
@@ -207,7 +207,7 @@ def followed(
 ) -> BifurcationCurve:
     """Curve from a start; ``options`` are those of ``continue_curve``."""
     problem = Augmented(start.equations, start.condition, start.tests, bounds)
-    problem.silent |= _at_the_image(start)
+    problem.silent |= _zero_with(start)
     guess = problem.packed(start.z, start.condition.start(start.z, start.a), start.a)
     curve = continue_curve(
         problem, guess, start.a[1], bounds[1], terminal=(BOUND,), steps=steps or STEPS, **options
@@ -215,13 +215,19 @@ def followed(
     return curve_of(start.kind, problem, curve)
 
 
-def _at_the_image(start: Start) -> set[str]:
-    """The test function that is zero with that of the condition in an orbit that is its own mirror image."""
+def _zero_with(start: Start) -> set[str]:
+    """Test functions that are zero all along with that of the condition.
+
+    That of the other half in an orbit that is its own mirror image; where a stick or rest takes no time, the margin
+    to the limit at which it would not begin.
+    """
     word, _, number = start.condition.own.partition(" ")
     orbit = start.equations.solution(start.z, start.a)
-    if not number.isdigit() or not isinstance(orbit, Orbit) or not (half := half_turn(orbit)):
+    if not number.isdigit() or not isinstance(orbit, Orbit):
         return set()
-    return {f"{word} {(int(number) + half) % (2 * half)}"}
+    half, k = half_turn(orbit), int(number)
+    both = {k, (k + half) % (2 * half)} if half else {k}
+    return {f"{w} {i}" for w in {word, STICK if word == REST else word} for i in both}
 
 
 def curve_of(kind: PointKind, problem: Augmented, curve: Curve) -> BifurcationCurve:
@@ -338,12 +344,14 @@ def _kind_at(point: BifurcationPoint, kind: str) -> PointKind:
 def _condition(
     kind: PointKind, point: BifurcationPoint, plane: OrbitPlane
 ) -> tuple[Condition, Tests]:
-    if kind == GR and point.curve is None and point.orbit.rateless:
+    if (kind == GR or kind.power) and point.curve is None and point.orbit.rateless:
         raise InvalidParameterError(
             f"point = {point.label}: a flight of the orbit vanishes there, and its equations are singular. "
             f"Take the same touch of the orbits without that flight: switch_branch(point), then its {kind.label}."
         )
-    found = condition_of(kind, plane, point.nearest, point.segment)
+    own = kind == (point.curve or point.record)
+    test = point.problem.condition.own if point.curve else point.test
+    found = condition_of(kind, plane, point.nearest, test if own else "")
     if found is None:
         raise InvalidParameterError(
             f"point = {point.label}: no curve of kind {kind.label} starts there."

@@ -194,19 +194,20 @@ def on_multipliers(kind: PointKind, equations: Equations) -> tuple[Condition, Te
 
 
 def condition_of(
-    kind: PointKind, plane: OrbitPlane, touch: Nearest | None, segment: int
+    kind: PointKind, plane: OrbitPlane, touch: Nearest | None, test: str
 ) -> tuple[Condition, Tests] | None:
-    """Condition and test functions of a kind, from its record: of a touch with the stop, of a test with its segment."""
+    """Condition and test functions of a kind: of a touch with the stop, else of the test function that is zero."""
     if kind.critical:
         return on_multipliers(kind, plane)
     if kind.function:
         return Level(plane, kind.function, 0.0, f"{EVENT} {kind.label}"), nothing
-    if kind.test in OF_TESTS and segment >= 0:
-        condition: Condition = OF_TESTS[kind.test](plane, segment)
+    word, _, number = test.partition(" ")
+    if word in OF_TESTS and number:
+        condition: Condition = OF_TESTS[word](plane, int(number))
         if isinstance(condition, ClosingRate) and plane.mechanism.forces:
             return condition, AtTouch(plane, condition)
         return condition, nothing
-    if not touch or kind.test:
+    if not touch:
         return None
     graze = Graze(plane, touch)
     return graze, AtTouch(plane, graze) if plane.mechanism.forces else nothing

@@ -28,6 +28,7 @@ from vibroimpact.branches.kinds import (
 )
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.same_orbit import half_turn
+from vibroimpact.branches.sliding import sliding_of
 from vibroimpact.branches.stop_rules import AT_ONCE, StopWhen, stop_rule, with_rule
 from vibroimpact.branches.vanishing import passed_over, rest_at, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
@@ -260,7 +261,7 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_Fields | Unres
         if touch := touch_at(orbit):
             if not touched or abs(point.arclength - touched[-1]) > SAME_ARCLENGTH:
                 touched.append(point.arclength)
-                yield fields | {"record": GR, "nearest": touch}
+                yield _named(fields | {"record": GR, "nearest": touch})
             continue
         if rest_at(orbit) and record.test not in (REST, CHATTER):
             continue  # a rate that vanishes with the time of a rest
@@ -277,7 +278,13 @@ def _bifurcations(family: OrbitFamily, curve: Curve) -> Iterator[_Fields | Unres
         else:
             if record == CHATTERING:
                 fields["error"] = max(point.error, CHATTER_RELATIVE * abs(point.parameter))
-            yield fields | {"record": record, "segment": segment}
+            yield _named(fields | {"record": record, "segment": segment})
+
+
+def _named(at: _Fields) -> _Fields:
+    """Special point, as the sliding bifurcation that it is, if it is one."""
+    found = sliding_of(at["orbit"], at["test"], at.get("segment", -1), at.get("nearest"))
+    return at | {"record": found or at["record"]}
 
 
 def _ends_of_chatter(curve: Curve, orbits: list[Orbit]) -> Iterator[_Fields]:
@@ -314,6 +321,6 @@ def _touches(
         if isinstance(grazing, Unresolved):
             yield grazing
         elif not touch_at(grazing.orbit):  # else it is a zero of the equations, too
-            yield vars(grazing.point) | {
+            yield _named(vars(grazing.point) | {
                 "record": GR, "orbit": grazing.orbit, "nearest": grazing.nearest,
-            }  # fmt: skip
+            })  # fmt: skip

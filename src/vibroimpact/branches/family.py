@@ -10,7 +10,8 @@ Method      The equations are those of problem.py, in z (states and flight times
                 speed k  rho_k          flight k  t_k, zero where two impacts coincide
                 event    the functions of kinds that are given by one, analytic along the branch
                 stick k (R = 0)  acceleration of the gap after impact k at a rigid stop; of the slip
-                     after friction has reversed
+                     after friction has reversed; where it rests or sticks then, how far the force is from the
+                     limit beyond which it would not
                 rest k   t_k of a flight in which a stop is rested on, or friction sticks; after a reversal the
                      force that would hold the slip less the static level, where that is above the kinetic one
                 chatter k  t_k of a rest that begins with chatter                          (4)
@@ -63,7 +64,7 @@ from vibroimpact.orbits.problem import (
     latest,
     least_cycles,
 )
-from vibroimpact.orbits.reversals import beyond_static
+from vibroimpact.orbits.reversals import beyond_static, far_limit, one_level
 from vibroimpact.results.tree import Missing
 
 SATURATION_OF_FASTEST = 0.05  # rho_ref has this ratio to the fastest event at the start
@@ -328,7 +329,6 @@ class OrbitFamily(OrbitProblem):
             if watch == GAP_WATCH
             and stop.contact < len(contacts)
             and stop.restitution(contacts) == 0.0
-            and not digit_in_code(self.modes[k], stop.contact)
         ]
         if not plastic:
             return {}
@@ -338,25 +338,38 @@ class OrbitFamily(OrbitProblem):
         found = {}
         for k in plastic:
             contact, side = begun[k]
+            if digit_in_code(self.modes[k], contact):
+                force = next(
+                    guard
+                    for guard in compiled.modes[self.modes[k]].guards
+                    if (guard.contact, guard.watch) == (contact, FORCE_WATCH)
+                )
+                y = compiled.embedded(states[k, :-1], states[k, -1])
+                found[f"{STICK} {k}"] = float(force.row @ y + force.gain - force.lower)
+                continue
             rate = values[w.first[k], :, n:] @ np.array(contacts[contact].row)
             slope = chebyshev.chebval(-1.0, chebyshev.chebder(fitted(rate))) * 2.0 / w.length
             found[f"{STICK} {k}"] = -side * float(slope)
         return found
 
     def _reversing(self, z: Floats, p: Value) -> dict[str, float]:
-        """Accelerations (4) of the slip after it has changed its sign, by the element's guard."""
+        """Accelerations (4) of the slip after it has changed its sign, by the element's guard, or the margin to it."""
         compiled, (states, _) = self.compiled(p), self.unpacked(z)
-        rigid, flights = len(self.mechanism.rigid_stops), self.signature.flights
+        m, rigid, flights = self.mechanism, len(self.mechanism.rigid_stops), self.signature.flights
         found = {}
         for k, (number, side) in enumerate(self.signature.impacts if flights else ()):
             if number < rigid:
                 continue
             modes = flights[k - 1].mode, flights[k].mode
             before, after = (states_from_code(c, rigid, number - rigid + 1)[-1] for c in modes)
-            if {before, after} == self.mechanism.elements[number].slipping:
+            element = m.elements[number]
+            y = compiled.embedded(states[k, :-1], states[k, -1])
+            if before in element.slipping and after == element.holding and one_level(m, number):
+                _, row, constant = far_limit(compiled, modes[1], number, before)
+                found[f"{STICK} {k}"] = float(row @ y + constant)
+            if {before, after} == element.slipping:
                 mode = compiled.modes[flights[k].mode]
                 slip = next(guard for guard in mode.guards if guard.contact == number)
-                y = compiled.embedded(states[k, :-1], states[k, -1])
                 found[f"{STICK} {k}"] = side * float(slip.row @ (mode.b @ y + mode.constant))
                 if (
                     beyond := beyond_static(self.system_at(p), modes[1], number, states[k])

@@ -61,6 +61,25 @@ CHATTERING = PointKind(
     "CHAT", "chatter is completed", "completed chatter begins or ends: the rest after it takes no time", touch=True,
     test=CHATTER, begins=neighbouring,
 )  # fmt: skip
+CROSSING = PointKind(
+    "CS", "crossing-sliding", "crossing-sliding: a plastic impact that opens at once begins to rest, or ends to",
+    touch=True, begins=neighbouring, power=2,
+    of_element="crossing-sliding: a slip that reverses begins to stick in between, or ends to",
+)  # fmt: skip
+SLIDING_TOUCH = PointKind(
+    "GS", "grazing-sliding", "grazing-sliding: a slip that goes on begins to stick in between, or ends to",
+    touch=True, begins=neighbouring, power=1,
+)  # fmt: skip
+SWITCHING = PointKind(
+    "SS", "switching-sliding", "switching-sliding: a rest begins to open once before it lasts, or ends to",
+    touch=True, begins=neighbouring, power=3,
+    of_element="switching-sliding: a stick begins to slip back once before it lasts, or ends to",
+)  # fmt: skip
+ADDING = PointKind(
+    "AS", "adding-sliding", "adding-sliding: a rest begins to open once in between, or ends to", touch=True,
+    begins=neighbouring, power=2,
+    of_element="adding-sliding: a stick begins to slip once in between, or ends to",
+)  # fmt: skip
 STANDING = PointKind(
     "STILL", "no progress", "zero progress: beyond it the machine advances the other way", test=PROGRESS,
 )  # fmt: skip
@@ -69,7 +88,8 @@ EXTREME = PointKind(
 )  # fmt: skip
 LEVEL = PointKind("level", "level of a function", "level: a function keeps its value")
 ONE = by_label((
-    SN, PD, NS, BP, GR, ZERO, SIM, STICKING, RESTING, CHATTERING, STANDING, EXTREME, LEVEL,
+    SN, PD, NS, BP, GR, ZERO, SIM, STICKING, RESTING, CHATTERING, CROSSING, SLIDING_TOUCH, SWITCHING,
+    ADDING, STANDING, EXTREME, LEVEL,
 ))  # fmt: skip
 
 OF_TESTS = {kind.test: kind for kind in ONE.values() if kind.test}

@@ -138,6 +138,8 @@ class BifurcationPoint(LocatedPoint):
         if record.normal_form is None:
             rough = not record.function and self.curve is None
             why = "the map is not smooth there" if rough else "no normal form is known of this kind"
+            if record.power:
+                why = f"beyond it the map changes by the power {record.power} of the distance; no coefficient is known"
             reason = f"{self.kind} ({self.meaning}): {why}."
             return Refusal(self.kind, Status.NOT_SMOOTH, reason, self.multipliers)
         smooth = bool(record.critical)

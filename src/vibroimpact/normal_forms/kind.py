@@ -38,6 +38,8 @@ class PointKind:
     begins: Callable[..., Any] | None = field(default=None, compare=False)
     # the kind that it is of the half map of a symmetric orbit, where that is another one
     in_half_map: PointKind | None = field(default=None, compare=False)
+    # leading power of the change of the map beyond it, in the distance by which it is passed; 0 where none is known
+    power: Count = field(default=0, compare=False)
     # meaning where an element, no rigid stop, is touched
     of_element: str = field(default="", compare=False)
 

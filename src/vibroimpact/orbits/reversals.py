@@ -9,13 +9,15 @@ Accuracy    a force within LIMIT_OF_AMPLITUDE of the level counts as beyond it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.piecewise import code_of_states, states_from_code
-from vibroimpact.compile.prescribed import End, compile_prescribed
+from vibroimpact.compile.prescribed import End, Prescribed, compile_prescribed
+from vibroimpact.model.elements.friction import FrictionState
 from vibroimpact.model.friction_lines import friction_lines
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.system import System, mechanism_of
@@ -45,10 +47,54 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
     return ""
 
 
+def one_level(m: Mechanism, contact: int) -> bool:
+    """Whether a contact is friction of one level, on something with mass: a surface on which motions slide."""
+    contacts, number = len(m.rigid_stops), contact - len(m.rigid_stops)
+    if contact < contacts or m.switching[number].holding is None or number in m.sliders:
+        return False
+    return all(m.switching[i].grip.static == m.switching[i].grip.kinetic for i in _line(m, number))
+
+
+def far_limit(
+    compiled: Prescribed, mode: int, contact: int, before: int
+) -> tuple[End, Floats, float]:
+    """Limit at which friction that sticks lets a slip go on through zero, and the margin to it.
+
+    Parameters
+    ----------
+    compiled
+        Equations of the orbit.
+    mode
+        Code of the mode in which it sticks.
+    contact
+        Number of the friction among contacts and elements.
+    before
+        State in which it slipped before.
+
+    Returns
+    -------
+    tuple
+        The limit; the row r and the constant g of its margin r . y + g, positive inside.
+    """
+    guards = [guard for guard in compiled.modes[mode].guards if guard.contact == contact]
+    limits = [  # the force that ends a stick in BACKWARD first
+        (End(contact, side, mode, guard.watch), -side * guard.row, side * (limit - guard.gain))
+        for guard in guards
+        for side, limit in ((1, guard.upper), (-1, guard.lower))
+        if not is_infinite(limit)
+    ]
+    return limits[1 if before == FrictionState.BACKWARD else 0]
+
+
+def _line(m: Mechanism, number: int) -> Mapping[int, float]:
+    """Frictions that stick together with one, by number, and the factors of their rows."""
+    return friction_lines(m.switching, [*m.sliders]).get(number, {number: 1.0})
+
+
 def held_code(m: Mechanism, mode: int, contact: int) -> int:
     """Code of the mode in which a friction sticks, and with it all that are on its line."""
     contacts, number = len(m.rigid_stops), contact - len(m.rigid_stops)
-    line = friction_lines(m.switching, [*m.sliders]).get(number, {number: 1.0})
+    line = _line(m, number)
     held, after = m.switching[number].holding, states_from_code(mode, contacts, len(m.switching))
     stuck = tuple(held if held is not None and i in line else s for i, s in enumerate(after))
     return code_of_states(stuck, contacts)
@@ -76,8 +122,7 @@ def beyond_static(
     """
     m = mechanism_of(system)
     number = contact - len(m.rigid_stops)
-    line = friction_lines(m.switching, [*m.sliders]).get(number, {number: 1.0})  # sticks together
-    grips = [m.switching[i].grip for i in line]
+    grips = [m.switching[i].grip for i in _line(m, number)]
     if all(grip.static == grip.kinetic for grip in grips):
         return None
     code = held_code(m, mode, contact)
