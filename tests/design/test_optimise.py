@@ -286,7 +286,7 @@ def test_a_machine_in_si_units_is_designed_in_them_as_the_nondimensional_one() -
     assert list(data["points"].values) == [5, 9]
     assert float(data["value"][-1].min()) == found.value
     assert float(data["searched_value"]) == found.searched
-    assert f"{found.value:.6g} m" in repr(found)
+    assert f"{1e3 * found.value:.6g} mm" in repr(found)
 
 
 # ---- interruption, resuming, refusals ------------------------------------------------------------

@@ -281,8 +281,8 @@ def test_the_command_line_takes_and_draws_si_units(capsys: pytest.CaptureFixture
         "5",
     ]
     assert cli.main([*argv, "--periods", "5", "--variable", "n", "--out", "s.svg"]) == 0
-    assert "clearance 0.001 to 0.003 m (2)" in capsys.readouterr().out
-    assert "clearance $s$ [m]" in _xlabel(vi.ImpactOscillator.from_physical(**SI))
+    assert "clearance 1 to 3 mm (2)" in capsys.readouterr().out
+    assert "clearance $s$ [mm]" in _xlabel(vi.ImpactOscillator.from_physical(**SI))
 
 
 def _xlabel(oscillator: vi.ImpactOscillator) -> str:

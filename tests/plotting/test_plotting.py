@@ -176,8 +176,8 @@ def test_a_damper_in_si_units_is_drawn_in_them() -> None:
     drawn = [plotting.plot_section(section) for section in sections]
     drawn += [plotting.plot_phase_portrait(run) for run in runs]
     drawn += [plotting.plot_history(run) for run in runs]
-    labels = ["$x_{1}$ [m]", r"$\dot x_{1+}$ [m/s]", "$x_{1}$ [m]", r"$\dot x_{1}$ [m/s]"]
-    labels += ["time $t$ [s]", r"$x_1,\ x_2$ [m]"]
+    labels = ["$x_{1}$ [mm]", r"$\dot x_{1+}$ [mm/s]", "$x_{1}$ [mm]", r"$\dot x_{1}$ [mm/s]"]
+    labels += ["time $t$ [s]", r"$x_1,\ x_2$ [mm]"]
     assert [w for ax in drawn[::2] for w in (ax.get_xlabel(), ax.get_ylabel())] == labels
     assert not any("[" in w for ax in drawn[1::2] for w in (ax.get_xlabel(), ax.get_ylabel()))
     for k, factors in ((0, (length, length * rate)), (2, (length, length * rate)),

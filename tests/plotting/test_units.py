@@ -17,11 +17,13 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.collections import QuadMesh
 
 import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact.cli import main as cli
+from vibroimpact.plotting import style
 
 M1, K, F0, OMEGA, D = 10.0, 4.0e4, 60.0, 80.0, 6.0e-3
 SI = vi.ImpactDamper.from_physical(
@@ -62,12 +64,29 @@ def start_of(damper: vi.ImpactDamper) -> vi.State:
     return vi.State((0.0, 0.0), (0.0, SPEED if damper.si else 1.0))
 
 
+PARTS = {"µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3}
+
+
 def assert_labels(si: Axes, plain: Axes, across: Shown, up: Shown) -> None:
-    for text, other, shown in (
-        (si.get_xlabel(), plain.get_xlabel(), across),
-        (si.get_ylabel(), plain.get_ylabel(), up),
-    ):
-        assert text == other + f" [{shown.unit}]" * bool(shown.unit)
+    for here, there, shown in ((si.xaxis, plain.xaxis, across), (si.yaxis, plain.yaxis, up)):
+        assert_axis(here, there.get_label_text(), shown.unit)
+
+
+def assert_axis(axis: Axis, label: str, unit: str) -> None:
+    """The label names a part or multiple of the unit, and the ticks are numbers of these where the data are in SI."""
+    if not unit:
+        assert axis.get_label_text() == label
+        return
+    prefix = axis.get_label_text().removeprefix(f"{label} [").removesuffix(f"{unit}]")
+    assert axis.get_label_text() == f"{label} [{prefix}{unit}]"
+    texts = [one.get_text().replace("\N{MINUS SIGN}", "-") for one in axis.get_ticklabels()]
+    said = np.array([float(text) for text in texts])
+    offset = axis.get_major_formatter().get_offset()
+    said += float(offset.replace("\N{MINUS SIGN}", "-") or 0.0)
+    assert len(said) > 2
+    np.testing.assert_allclose(said * PARTS[prefix], axis.get_ticklocs(), rtol=1e-12, atol=1e-12)
+    low, high = np.abs(axis.get_view_interval())
+    assert prefix == "" or 1.0 <= max(low, high) / PARTS[prefix] < 1000.0
 
 
 def assert_drawn(
@@ -158,7 +177,7 @@ def test_the_colours_of_a_plane_are_in_si_units() -> None:
         return plotting.plot_plane(found, variable="power").figure.axes[1]
 
     si, plain = bar(SI), bar(PLAIN)
-    assert (si.get_ylabel(), plain.get_ylabel()) == ("power [W]", "power")
+    assert_axis(si.yaxis, plain.get_ylabel(), "W")
     np.testing.assert_allclose(si.get_ylim(), np.multiply(plain.get_ylim(), WATTS), rtol=CLOSE)
 
 
@@ -235,8 +254,8 @@ def test_basins_are_in_si_units() -> None:
 def test_the_drawing_of_a_damper_says_its_si_values() -> None:
     said = [text.get_text() for text in plotting.plot_mechanism(SI).texts]
     (line,) = [text for text in said if "delta=" in text]
-    assert r"$\delta=0.003$ m" in line
-    assert r"$\omega=80$ rad/s" in line
+    assert r"$\delta=3\,\mathrm{mm}$" in line
+    assert r"$\omega=80\,\mathrm{rad/s}$" in line
     assert r"$\mu=0.08$, " in line
 
 
@@ -252,7 +271,7 @@ def said(capsys: pytest.CaptureFixture[str], damper: vi.ImpactDamper, command: s
 @pytest.mark.parametrize(
     ("command", "words"),
     [
-        ("orbits --most-cycles 1 --most-impacts 2 --starts 5", "clearance [m]"),
+        ("orbits --most-cycles 1 --most-impacts 2 --starts 5", " µm"),
         ("response --band omega=60:70 --measure power --points 2 --starts 0 --most-branches 0 --settle-periods 1",
          "dissipated power over omega 60 to 70 rad/s"),
     ],
@@ -262,7 +281,7 @@ def test_a_command_names_units_of_a_machine_in_si_alone(
 ) -> None:
     assert words in said(capsys, SI, command)
     plain = said(capsys, replace(SI, si=False), command)
-    assert not [unit for unit in ("[m]", "rad/s", " W at") if unit in plain]
+    assert not [unit for unit in (" µm", "rad/s", " W at") if unit in plain]
 
 
 @pytest.mark.usefixtures("own_folder")
@@ -281,3 +300,18 @@ def test_a_normal_form_has_its_place_and_widths_in_the_units_of_the_machine(
     factors = np.array([METRES, SPEED, SPEED, 1.0]) / np.sqrt(RATE)
     expected = np.array(there["half_width_law"]) * factors
     np.testing.assert_allclose(here["half_width_law"], expected, rtol=1e-6)
+
+
+def test_axes_in_several_scales_are_read_in_parts_of_their_unit() -> None:
+    _, ax = plt.subplots()
+    for scale, unit, prefix in (("linear", "m", "m"), ("log", "N", "k")):
+        ax.clear()
+        with style.drawing(ax):
+            size = 0.003 if prefix == "m" else 3000.0
+            ax.plot([0.01 * size, size], [0.0, 1.0])
+            ax.set(xscale=scale, xlabel=f"place [{unit}]", ylabel="share")
+        assert ax.get_xlabel() == f"place [{prefix}{unit}]"
+        assert ax.get_ylabel() == "share"
+        decade = ax.xaxis.get_major_formatter()(PARTS[prefix])
+        assert decade in ("1.0", r"$\mathdefault{10^{0}}$")
+    assert ax.format_xdata(3000.0) == "3"

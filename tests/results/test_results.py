@@ -203,13 +203,13 @@ def test_a_result_is_a_table(name: str, tmp_path: Path) -> None:
     assert len(table) >= 1
     vi.save(example(name), tmp_path / "table.csv")
     lines = (tmp_path / "table.csv").read_text(encoding="utf-8").splitlines()
-    assert lines[0].split(",")[0].strip('"') == table.columns[0]
+    assert lines[0].split(",")[0].strip('"').partition(" [")[0] == table.columns[0]
     assert len(lines) >= len(table) + 1
 
 
 NUMBERS = re.compile(
     r"z|tangent|arclength|residual|zero_.*|multipliers_.*|special_(arclength|error|parameter)|progress|per_impact|"
-    r"growth|impacts|determinant_error"
+    r"growth|impacts|determinant_error|phi|normal_exponent"
 )  # without a unit: multipliers, growths, and what continuation has of its own
 
 
@@ -223,19 +223,22 @@ def in_si(curve: vi.BifurcationCurve) -> vi.BifurcationCurve:
 
 @pytest.mark.parametrize(
     "name",
-    ["Attractor", "BifurcationCurve", "Branch", "FreeDecay", "LyapunovEstimate", "LyapunovSpectrum", "Orbit",
-     "OrbitSearch", "RecordResponse", "Run", "Section", "SineSweep", "Tongue"],
+    ["Attractor", "BifurcationCurve", "Branch", "Circle", "ForceRecord", "FreeDecay", "LyapunovEstimate",
+     "LyapunovSpectrum", "Orbit", "OrbitSearch", "RecordResponse", "ResponseSpectrum", "Run", "Section", "SineSweep",
+     "Tongue"],
 )  # fmt: skip
 def test_every_number_of_a_machine_in_si_has_its_unit(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each variable, or each of its entries: but for those that are plain numbers, codes and words."""
-    for system in ("SET_A", "OSCILLATOR"):
+    for system in ("SET_A", "OSCILLATOR", "RECORD"):
         monkeypatch.setitem(globals(), system, replace(globals()[system], si=True))
     if name == "Branch":
         found = vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.94, 0.96), steps=FEW)
     elif name == "Orbit":
         found = vi.symmetric_orbits(SET_A)[0]
+    elif name == "Circle":
+        found = vi.find_circle(SET_A, START)
     elif name in ("BifurcationCurve", "Tongue"):
         side = in_si(torus_of_set_a())
         found = side if name == "BifurcationCurve" else vi.Tongue(side["2/9_1"], (side, side), 0.1)

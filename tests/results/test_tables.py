@@ -34,7 +34,14 @@ def test_a_table_of_a_run_has_a_row_for_each_event_with_its_kind_in_words(
     assert len(table) == 5
     assert [*table.status] == ["impact"] * 5
     run.to_csv(tmp_path / "run.csv")
-    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "run.csv"), table, check_dtype=False)
+    written = pd.read_csv(tmp_path / "run.csv")
+    assert [*written.columns[:5]] == ["time [s]", "status", "contact", "side", "position_0 [mm]"]
+    parts = {"mm": 1e3, "mm/s": 1e3}
+    for title, name in zip(written.columns, table.columns, strict=True):
+        bare, _, unit = title.partition(" [")
+        assert bare == name
+        expected = table[name] if not unit else table[name] * parts.get(unit.removesuffix("]"), 1.0)
+        assert [*written[title]] == [*expected]
     with pytest.raises(vi.InvalidParameterError, match=r"must end in \.csv"):
         run.to_csv(tmp_path / "run.nc")
 
@@ -72,4 +79,15 @@ def test_one_result_is_drawn_where_several_may_be(orbit: vi.Orbit, branch: vi.Br
     one, listed = plotting.plot_branches(branch), plotting.plot_branches([branch])
     assert len(one.lines) == len(listed.lines)
     assert plotting.plot_multipliers(orbit).get_xlabel().endswith(r"\nu$")
-    assert plotting.plot_phase_portrait(orbit, row="x2 - x1").get_xlabel() == "$x_{2}-x_{1}$ [m]"
+    assert plotting.plot_phase_portrait(orbit, row="x2 - x1").get_xlabel() == "$x_{2}-x_{1}$ [mm]"
+
+
+def test_a_record_in_si_gives_its_spectrum_units() -> None:
+    time, values = [0.0, 0.1, 0.2], [0.0, 3.0, 0.0]
+    shaking = vi.ForceRecord(time, values, kind="base", si=True)
+    assert shaking.to_dataset()["values"].units == "m/s²"
+    assert vi.ForceRecord(time, values, si=True).to_dataset()["values"].units == "N"
+    spectrum = vi.response_spectrum(shaking, [1.0, 5.0], unit="Hz")
+    assert spectrum.plot("displacement").get_ylabel() == "largest $|x|$ [mm]"
+    plain = vi.response_spectrum(vi.ForceRecord(time, values, kind="base"), [1.0, 5.0])
+    assert plain.plot("displacement").get_ylabel() == "largest $|x|$"

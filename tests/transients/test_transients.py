@@ -483,7 +483,7 @@ def test_pictures_of_transients_have_units_and_all_curves() -> None:
     time, values = noise(50, 0.02, size=5.0)
     record = vi.ForceRecord(time, values, kind="base")
     response = vi.simulate_record(FRAME, record)
-    assert response.plot("x2 - x1").get_ylabel() == "$x_{2} - x_{1}$ [m]"
+    assert response.plot("x2 - x1").get_ylabel() == "$x_{2} - x_{1}$ [mm]"
     assert record.plot().get_ylabel() == "$a$"
     decay = vi.free_decay(FRAME, {"v1": 0.5})
     ax = decay.plot()

@@ -106,9 +106,9 @@ class BifurcationCurve(Result):
         return with_units_of([self], self.names, data.assign_coords(parameter=list(self.names)))
 
     def __repr__(self) -> str:
-        found = counted(point.kind for point in self.special_points)
+        found, units = counted(point.kind for point in self.special_points), units_of_curves([self])
         ranges = ", ".join(
-            f"{name} {column.min():.8g} to {column.max():.8g}"
+            f"{name} {units.of_parameter(name, column.min(), column.max(), digits=8)}"
             for name, column in zip(self.names, self.values.T, strict=True)
         )
         lines = [

@@ -129,9 +129,9 @@ class Branch(Result):
     def __repr__(self) -> str:
         found = counted(point.kind for point in self.special_points)
         units, (low, high) = units_of(self.family.system), self.extent
-        unit = units.unit(units.quantity_of(self.parameter))
+        ends = units.of_parameter(self.parameter, low, high, digits=8)
         lines = [
-            f"Branch of {self.symbol} orbits, {self.parameter} {low:.8g} to {high:.8g}{unit and f' {unit}'}, "
+            f"Branch of {self.symbol} orbits, {self.parameter} {ends}, "
             f"{self.stable_share:.0%} of it stable; {found}",
             *(f"  {point!r}" for point in self.special_points),
             f"  ends: {self.curve.ends[0]}; {self.curve.ends[1]}",

@@ -11,6 +11,7 @@ from vibroimpact._core.checks import check_kind, refusal
 from vibroimpact._core.types import Complexes, Count, Index, OneOrTwoBounds
 from vibroimpact.compile.prescribed import GAP_WATCH
 from vibroimpact.continuation import LocatedPoint
+from vibroimpact.machines.units import units_of
 from vibroimpact.normal_forms.critical import Refusal, Status
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.admissibility import Nearest
@@ -147,7 +148,11 @@ class BifurcationPoint(LocatedPoint):
         return record.normal_form(record, given)
 
     def __repr__(self) -> str:
-        at = ", ".join(f"{name} = {value:.9g}" for name, value in self.parameters.items())
+        units = units_of(getattr(self.orbit, "system", None))
+        at = ", ".join(
+            f"{name} = {units.of_parameter(name, value, digits=9)}"
+            for name, value in self.parameters.items()
+        )
         real = "" if self.admissible else ", not admissible"
         twice = ", there and at its mirror image" if self.images > 1 else ""
         return f"{self.label} at {at}: {self.meaning}{twice}{real}"

@@ -13,6 +13,7 @@ import numpy as np
 from vibroimpact._core.checks import path_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
+from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import Floats
 from vibroimpact.cli import common
 from vibroimpact.cli.common import GRID, RANGE
@@ -195,7 +196,7 @@ def _values(members: xr.Dataset) -> list[str]:
         return []
     shown = {str(name): v for name, v in members.data_vars.items() if name != "end"}
     return [
-        f"{name} = {', '.join(f'{x:.6g}' for x in v.values.ravel())} {v.attrs.get('units', '')}".rstrip()
+        f"{name} = {with_unit(*v.values.ravel().tolist(), unit=v.attrs.get('units', ''), separator=', ')}"
         for name, v in shown.items()
         if v.size <= MOST_PRINTED_VALUES and v.dtype.kind in "iuf"
     ]
@@ -220,12 +221,12 @@ def _shape(members: xr.Dataset, over: dict[str, Floats]) -> str:
     axes = over | {str(name): members[name].values for name in grid}
 
     def unit_of(name: str) -> str:
-        return f" {members[name].attrs.get('units', '')}".rstrip() if name in members.coords else ""
+        return str(members[name].attrs.get("units", "")) if name in members.coords else ""
 
     parts = [
-        f"{name} {axis[0]:g} to {axis[-1]:g}{unit_of(name)} ({len(axis)})"
+        f"{name} {with_unit(axis[0], axis[-1], unit=unit_of(name))} ({len(axis)})"
         if len(axis) > 1
-        else f"{name} {axis[0]:g}{unit_of(name)}"
+        else f"{name} {with_unit(axis[0], unit=unit_of(name))}"
         for name, axis in axes.items()
     ]
     starts = members.sizes.get("start")

@@ -38,6 +38,7 @@ from vibroimpact._core.checks import LARGEST_SEED, check_count, check_progress
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
+from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import AnyFloat, Count, Floats, Integers
 from vibroimpact.design.minimax import descend, gradient, motion_of
 from vibroimpact.design.objective import Judge, Member, Objective, judge_of
@@ -248,6 +249,11 @@ class Design(Result):
         }
         seen = [judge.objective for judge in self.search.judges]
         entries = units_of(self.system).of_entries(names)
+        slopes = ", ".join(f"{n} [{self.units[''] or 1}/({self.units[n] or 1})]" for n in names)
+        by_entry = dict.fromkeys(("best", "robust_low", "robust_high"), entries)
+        if entries:
+            slope = {"units_of_entries": slopes}
+            by_entry |= {"sensitivity": slope, "sensitivity_error": slope}
         attrs = {"long_name": self.label} | ({"units": self.units[""]} if self.units[""] else {})
         return xr.Dataset(
             {
@@ -262,7 +268,7 @@ class Design(Result):
                     name: (
                         "parameter",
                         values,
-                        entries if name in ("best", "robust_low", "robust_high") else {},
+                        by_entry.get(name, {}),
                     )
                     for name, values in across.items()
                 },
@@ -315,13 +321,13 @@ class Design(Result):
 
     def __repr__(self) -> str:
         unit, at = self.units[""], self.at_bounds
-        lines = [f"Design: {self.label} {self.value:.6g} {unit}".rstrip()]
+        lines = [f"Design: {self.label} {with_unit(self.value, unit=unit)}"]
         if math.isfinite(self.reduction_db):
             lines[0] += f", {self.reduction_db:.2f} dB better than without impacts"
         for name, value in self.parameters.items():
-            line = f"  {name} = {value:.6g} {self.units[name]}".rstrip()
+            line = f"  {name} = {with_unit(value, unit=self.units[name])}"
             lines.append(line + (f", its {at[name]} bound" if name in at else ""))
-        searched = f"{self.searched:.6g} {unit}".rstrip()
+        searched = with_unit(self.searched, unit=unit)
         lines.append(f"  {searched} in the search, by half as many values of the band and starts")
         return "\n".join([*lines, f"  {self.machines} machines; {self.why_stopped}"])
 
@@ -330,7 +336,7 @@ class Design(Result):
         lines = [repr(self), f"  {kind} of the objective, and ranges:"]
         for name, slope in self.sensitivity.items():
             low, high, _ = self.robust()[name]
-            ends = f"{low:.6g} to {high:.6g} {self.units[name]}".rstrip()
+            ends = with_unit(low, high, unit=self.units[name])
             lines.append(f"  {name}: derivative {slope.value:.4g}; within 1 dB from {ends}")
         return "\n".join(lines)
 
@@ -440,9 +446,9 @@ def optimise(
 
         def told(machines: int, best: float) -> None:
             seen = search.judge.objective
-            text = f"{machines} of {budget} machines, best {best:.6g} {unit}".rstrip()
+            text = f"{machines} of {budget} machines, best {with_unit(best, unit=unit)}"
             if search.level:
-                text = f"{machines} machines, best of the last {best:.6g} {unit}".rstrip()
+                text = f"{machines} machines, best of the last {with_unit(best, unit=unit)}"
                 text += f", by {seen.points} values of the band and {seen.starts} starts"
             report.say(text, machines, max(budget, machines))
 

@@ -13,7 +13,7 @@ from dataclasses import fields, is_dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from vibroimpact._core.quantities import UNITS
+from vibroimpact._core.quantities import UNITS, with_unit
 from vibroimpact.model.state import COORDINATE
 
 if TYPE_CHECKING:
@@ -67,9 +67,19 @@ class Units(NamedTuple):
         """Unit of a quantity; "" for a number without dimension, and where units are not those of SI."""
         return UNITS.get(quantity, "") if self.si else ""
 
-    def text(self, value: float, quantity: str) -> str:
-        """A number with its unit."""
-        return f"{value:.6g} {self.unit(quantity)}".rstrip()
+    def text(self, *values: float, quantity: str, digits: int = 6) -> str:
+        """Numbers with their unit, as they read best: "3 mm", "2 to 50 mm"."""
+        return with_unit(*values, unit=self.unit(quantity), digits=digits)
+
+    def formula(self, value: float, quantity: str) -> str:
+        """A number with its unit, for a formula of a figure."""
+        number, _, unit = self.text(value, quantity=quantity).partition(" ")
+        unit = unit.replace(" ", r"\,")
+        return rf"{number}\,\mathrm{{{unit}}}" if unit else number
+
+    def of_parameter(self, name: str, *values: float, digits: int = 6) -> str:
+        """Values of a parameter or a coordinate, with their unit."""
+        return self.text(*values, quantity=self.quantity_of(name), digits=digits)
 
     def label(self, text: str, quantity: str) -> str:
         """Label with its unit."""

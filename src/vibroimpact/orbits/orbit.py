@@ -404,7 +404,7 @@ class Orbit(Result):
         verdict = in_words(self.stability, self.family_dimension)
         why = f"; {self.inadmissible_reason}" if self.inadmissible_reason else ""
         values = ", ".join(f"{x:.6g}" for x in self.multipliers)
+        period = units_of(self.system).text(self.period, quantity="time")
         return (
-            f"Orbit({self.symbol}, {kind}{verdict}, period {self.period:.6g}{why})\n"
-            f"  multipliers {values}"
+            f"Orbit({self.symbol}, {kind}{verdict}, period {period}{why})\n  multipliers {values}"
         )

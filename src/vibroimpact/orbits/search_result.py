@@ -98,8 +98,7 @@ class OrbitSearch(Result):
 
     def table(self) -> str:
         """Table of the orbits."""
-        least = units_of(self.system).label("clearance", "length")
-        heads = ("orbit", "impacts", "symmetric", "stability", "|multiplier|", least, "")
+        heads = ("orbit", "impacts", "symmetric", "stability", "|multiplier|", "clearance", "")
         rows = [heads, *(self._row(k) for k in range(len(self)))]
         sizes = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return "\n".join(
@@ -116,7 +115,7 @@ class OrbitSearch(Result):
             "yes" if orbit.symmetric else "no",
             in_words(orbit.stability, orbit.family_dimension),
             f"{abs(orbit.multipliers[0]):.6g}",
-            f"{orbit.clearance_to_grazing:.4g}",
+            units_of(self.system).text(orbit.clearance_to_grazing, quantity="length", digits=4),
             "; ".join(filter(None, [remark, orbit.inadmissible_reason])),
         )
 

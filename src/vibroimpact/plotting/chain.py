@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
-from vibroimpact._core.quantities import UNITS
 from vibroimpact._core.scalars import is_infinite
+from vibroimpact.machines.units import Units
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.mechanism import Mechanism, element_labels, links
 from vibroimpact.plotting import style, symbols
@@ -31,14 +31,6 @@ TEXT_POINTS = 8.0  # labels are so high
 BELT_LABEL_DEPTH = 0.95  # the first label below a belt is so deep
 FLOOR_LABEL_DEPTH = 0.6  # below a floor it is so deep
 LABEL_LINE_DEPTH = 0.36  # a line of a label is so deep
-WRITTEN = (
-    "mass",
-    "stiffness",
-    "damping",
-    "length",
-    "force",
-    "frequency",
-)  # quantities of the numbers
 A, B, RUB = style.BLUE, style.VERMILION, style.GREEN
 Draw = Callable[[Axes, float, float, float], None]  # between two abscissas, at an ordinate
 
@@ -70,8 +62,8 @@ class Bay:
 class Chain:
     """A mechanism laid out; ``draw`` puts it on axes."""
 
-    def __init__(self, m: Mechanism) -> None:
-        self.m, n = m, m.degrees
+    def __init__(self, m: Mechanism, units: Units) -> None:
+        self.m, self.units, n = m, units, m.degrees
         self.bays = [Bay() for _ in range(n + 1)]
         self.above: list[tuple[int, int, float, Draw]] = []
         self.rubbing: dict[int, list[tuple[str, Element]]] = {}
@@ -85,14 +77,16 @@ class Chain:
 
     def _supports(self) -> None:
         """Springs and dashpots of K and C."""
-        for matrix, symbol, draw in (
-            (self.m.stiffness, "k", symbols.spring), (self.m.damping, "c", symbols.dashpot),
-        ):  # fmt: skip
+        for matrix, symbol, quantity, draw in (
+            (self.m.stiffness, "k", "stiffness", symbols.spring),
+            (self.m.damping, "c", "damping", symbols.dashpot),
+        ):
             for i, j, value in links(matrix):
+                text = f"${symbol}={self.units.formula(value, quantity)}$"
                 if j is None:
-                    self._grounded(i, -1, SINGLE, _support(draw, symbol, value, -1))
+                    self._grounded(i, -1, SINGLE, _support(draw, text, -1))
                 else:
-                    self._between(i, j, SINGLE, _support(draw, symbol, value, 0))
+                    self._between(i, j, SINGLE, _support(draw, text, 0))
 
     def _grounded(self, i: int, side: int, height: float, draw: Draw, *, wall: bool = True) -> None:
         bay = self.bays[i if side < 0 else i + 1]
@@ -130,7 +124,8 @@ class Chain:
             if law is None:
                 continue
             height = DAMPED if law.c else SOFT if law.k else PLAIN
-            text = f"{label}: $x_{{{i + 1}}}={law.limit / factor:g}$\n{_values(part, law)}"
+            limit = self.units.formula(law.limit / factor, "length")
+            text = f"{label}: $x_{{{i + 1}}}={limit}$\n{_values(part, law)}"
             outer = i == (0 if side < 0 else self.m.degrees - 1)
             away = bool(part.motion)
             draw = _stop(text, law, side, outer, away)
@@ -141,7 +136,7 @@ class Chain:
         if part.row[i] < 0.0:
             near, far = far, near
         laws = sorted((law for law in (far, near) if law), key=lambda law: law.limit)
-        at = r",\ ".join(f"{law.limit:g}" for law in laws)
+        at = r",\ ".join(self.units.formula(law.limit, "length") for law in laws)
         text = f"{label}: ${combination(part.row)}={at}$\n{_values(part, *laws)}"
         soft = any(law.k for law in laws)
         height = (DAMPED if any(law.c for law in laws) else SOFT) if soft else PLAIN
@@ -149,8 +144,8 @@ class Chain:
 
     def _remarks(self) -> None:
         m, n = self.m, self.m.degrees
-        if m.si:
-            self.notes.append(f"in SI units: {', '.join(UNITS[one] for one in WRITTEN)}")
+        if self.units.si:
+            self.notes.append("numbers without a unit: in SI units")
         for i in range(n):
             if force := force_text(m, i):
                 self.notes.append(f"$F_{{{i + 1}}}={force}$")
@@ -158,7 +153,8 @@ class Chain:
             for j in range(i + 1, n):
                 at = f"_{{{i + 1}{j + 1}}}"
                 if m.mass[i][j]:
-                    self.notes.append(f"$m{at}={m.mass[i][j]:g}$ couples the masses")
+                    coupling = self.units.formula(m.mass[i][j], "mass")
+                    self.notes.append(f"$m{at}={coupling}$ couples the masses")
                 for name, matrix in (("c", m.damping), ("k", m.stiffness)):
                     skew = (matrix[i][j] - matrix[j][i]) / 2.0
                     if skew:
@@ -246,7 +242,8 @@ class Chain:
         high, middle = self.height, x + MASS / 2.0
         symbols.box(ax, (x, 0.0), MASS, high)
         force = bool(force_text(self.m, i))
-        name = f"$m_{{{i + 1}}}={self.m.mass[i][i]:.4g}$"
+        mass = self.units.formula(float(f"{self.m.mass[i][i]:.4g}"), "mass")
+        name = f"$m_{{{i + 1}}}={mass}$"
         ax.text(middle, high / 2.0 + (0.35 if force else 0.0), name, ha="center", va="center",
                 fontsize=9.0)  # fmt: skip
         if force:
@@ -287,9 +284,9 @@ class Chain:
         symbols.floor(ax, left, bays[-1][1], -0.3)
 
 
-def draw_chain(m: Mechanism, ax: Axes | None) -> Axes:
+def draw_chain(m: Mechanism, units: Units, ax: Axes | None) -> Axes:
     """Draw a mechanism on axes, or on a new figure of a size that suits it."""
-    chain = Chain(m)
+    chain = Chain(m, units)
     width, height = chain.size
     inches = INCHES_PER_UNIT * width, INCHES_PER_UNIT * height
     with style.drawing(ax, width=inches[0], height=inches[1]) as ax:
@@ -361,7 +358,7 @@ def with_powers(text: str) -> str:
     return EXPONENT.sub(lambda found: rf"\times10^{{{int(found[1])}}}", text)
 
 
-def _support(draw: Callable[..., None], symbol: str, value: float, side: int) -> Draw:
+def _support(draw: Callable[..., None], text: str, side: int) -> Draw:
     """A spring or dashpot; of the ground (side -1) in an inner bay it ends at a post."""
 
     def lane(ax: Axes, left: float, right: float, y: float) -> None:
@@ -370,7 +367,7 @@ def _support(draw: Callable[..., None], symbol: str, value: float, side: int) ->
             start = right - 0.6 * BAY
             symbols.wall(ax, start, y - 0.05, y + 0.65, -1)
         draw(ax, start, right, y + axis_of(SINGLE), size=0.2)
-        _label(ax, start, right, y + 0.54, f"${symbol}={value:g}$", style.BLACK)
+        _label(ax, start, right, y + 0.54, text, style.BLACK)
 
     return lane
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast
 
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact.machines.machine import Machine
-from vibroimpact.machines.units import Units, units_of
+from vibroimpact.machines.units import Units, of_path, units_of
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.mechanism import Mechanism, element_labels, links
 from vibroimpact.model.parameters import names_of
@@ -47,7 +47,7 @@ def machine_table(system: System, varied: Sequence[Varied] = (), caption: str = 
     known = {one.name: one.text for one in varied}
     rows = [*_supports(m, units), *_parameters(system, units, known)]
     if not isinstance(system, Machine):
-        rows += [*_forces(m), *_parts(m)]
+        rows += [*_forces(m, units), *_parts(m, units)]
     return Table(("part", "symbol", "value"), rows, caption)
 
 
@@ -93,46 +93,52 @@ def parameter_words(name: str, units: Units) -> tuple[str, str]:
     return (found[1], found[2]) if found else (name.replace("_", " "), "")
 
 
-def _forces(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
+def _forces(m: Mechanism, units: Units) -> Iterator[tuple[Cell, ...]]:
     """Amplitudes of the forces on each coordinate."""
     for line in m.forces:
-        at = "" if len(m.forces) == 1 else f" at frequency {number(float(line.omega))}"
+        at = (
+            ""
+            if len(m.forces) == 1
+            else f" at frequency {units_text(units, 'frequency', float(line.omega))}"
+        )
         for i, (sine, cosine) in enumerate(zip(line.sine, line.cosine, strict=True)):
             if size := math.hypot(sine, cosine):
-                yield f"force amplitude on x{i + 1}{at}", "", number(size)
+                yield f"force amplitude on x{i + 1}{at}", "", units_text(units, "force", size)
     for i, value in enumerate(m.constant_force):
         if value:
-            yield f"constant force on x{i + 1}", "", number(value)
+            yield f"constant force on x{i + 1}", "", units_text(units, "force", value)
 
 
-def _parts(m: Mechanism) -> Iterator[tuple[Cell, ...]]:
+def _parts(m: Mechanism, units: Units) -> Iterator[tuple[Cell, ...]]:
     """Stops and other elements."""
     for label, part in zip(element_labels(m), m.elements, strict=True):
         if part.is_stop:
-            yield label, "", _stop(part)
+            yield label, "", _stop(part, units)
         else:
             yield label, "", re.sub(r"^\w+\((.*)\)$", r"\1", repr(part))
 
 
-def _stop(part: Element) -> str:
+def _stop(part: Element, units: Units) -> str:
     """Place at which a stop is met, and its law."""
     row = re.sub(r"(?<=\w)([+-])", r" \1 ", re.sub(r"[_{}\\,]", "", combination(part.row)))
     low, high = (
-        "" if is_infinite(limit) else number(limit) for limit in map(part.limit_at, (-1, 1))
+        "" if is_infinite(limit) else units_text(units, "length", limit)
+        for limit in map(part.limit_at, (-1, 1))
     )
     ends = f"{low} ≤ " * bool(low) + row + f" ≤ {high}" * bool(high)
     law = [
-        value if isinstance(value, str) else f"{name} {_pair(value)}"
+        value if isinstance(value, str) else f"{name} {_pair(value, units.unit(of_path(name)))}"
         for name, value in ((f.name, getattr(part, f.name)) for f in fields(cast(Any, part)))
         if name not in PLACE and not isinstance(value, bool)
     ]
     return f"{ends}; {', '.join(law)}"
 
 
-def _pair(both: float | tuple[float, float]) -> str:
+def _pair(both: float | tuple[float, float], unit: str) -> str:
     """A number for both sides, or one for each."""
     low, high = both if isinstance(both, tuple) else (both, both)
-    return number(low) if low == high else f"{number(low)} below, {number(high)} above"
+    below, above = number(low, unit), number(high, unit)
+    return below if low == high else f"{below} below, {above} above"
 
 
 def units_text(units: Units, quantity: str, value: float) -> str:

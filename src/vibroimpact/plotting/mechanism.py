@@ -41,7 +41,7 @@ def plot_mechanism(system: System, *, ax: Axes | None = None, caption: bool = Tr
     """
     check_flag("caption", caption)
     if not isinstance(system, ImpactDamper):
-        return draw_chain(mechanism_of(system), ax)
+        return draw_chain(mechanism_of(system), units_of(system), ax)
     with style.drawing(ax, width=WIDTH, height=HEIGHT) as ax:
         _wall(ax)
         _spring(ax)
@@ -117,7 +117,7 @@ def _parameters(d: ImpactDamper) -> str:
     units = units_of(d)
 
     def labelled(symbol: str, value: float, quantity: str = "") -> str:
-        return rf"${symbol}={value:g}$ {units.unit(quantity)}".rstrip()
+        return f"${symbol}={units.formula(value, quantity)}$"
 
     parts = [
         labelled(r"\mu", d.mass_ratio), labelled(r"\omega_n", d.omega_n, "frequency"),

@@ -15,7 +15,7 @@ from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.mechanism import plot_mechanism
 from vibroimpact.plotting.report import picture_of
-from vibroimpact.results.result import Result
+from vibroimpact.results.result import Result, titled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,7 +49,7 @@ def _table(shown: Any) -> str:
         dim = "special" if data.sizes.get("special", 0) else ""
         if not data.sizes:
             return ""
-        table = shown.to_dataframe(dim)
+        table = titled(shown.to_dataframe(dim))
     else:
         return ""
     shape = {"max_rows": ROWS, "max_cols": COLUMNS}
@@ -57,13 +57,15 @@ def _table(shown: Any) -> str:
 
 
 def _parameters(machine: Machine) -> pd.DataFrame:
-    """Name, value and unit of each parameter; units where the machine is in SI."""
+    """Name and value of each parameter, with units where the machine is in SI."""
     names, units = parameters_of(type(machine)), units_of(machine)
-    columns: dict[str, list[Any]] = {"parameter": [*names]}
-    columns["value"] = [getattr(machine, name) for name in names]
+    values = [getattr(machine, name) for name in names]
     if units.si:
-        columns["unit"] = [units.unit(units.quantity_of(name)) for name in names]
-    return pd.DataFrame(columns)
+        values = [
+            units.of_parameter(name, value) if isinstance(value, float) else value
+            for name, value in zip(names, values, strict=True)
+        ]
+    return pd.DataFrame({"parameter": [*names], "value": values})
 
 
 def _picture(shown: Any, title: str) -> str:

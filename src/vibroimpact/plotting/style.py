@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -22,10 +23,11 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from matplotlib.lines import Line2D
-from matplotlib.ticker import AutoLocator
+from matplotlib.ticker import AutoLocator, LogFormatterSciNotation, ScalarFormatter
 
 from vibroimpact._core.checks import check_count, check_kind, path_of
 from vibroimpact._core.files import check_target, write_files
+from vibroimpact._core.quantities import prefixed
 from vibroimpact.results.files import PICTURES
 
 # Okabe and Ito's palette (https://jfly.uni-koeln.de/color/)
@@ -64,6 +66,8 @@ LEGEND_MARKER = 4.0  # points
 FOOT_OF_AXES = 0.012  # the first row of marks at the lower edge is so high, relative to the axes
 SHADES = ((BLACK, 0.0), (BLACK, 0.45), ("#FFFFFF", 0.45), (BLACK, 0.7), ("#FFFFFF", 0.7))
 CONSTANT_RELATIVE_RANGE = 1e-6  # a number that varies less along an axis is drawn as constant
+
+UNIT_OF_LABEL = re.compile(r"(.*)\[([^\[\]]+)\]")
 
 RC: Any = {
     "font.family": "STIXGeneral",
@@ -152,7 +156,64 @@ def drawing(ax: Axes | None, *, width: float = WIDTH, height: float = HEIGHT) ->
             ax = plt.subplots(figsize=(width, height), layout="constrained")[1]
             _OWN.add(figure_of(ax))
         yield ax
+        prefix_units(ax)
         _space_ticks(ax)
+
+
+class _Prefixed(ScalarFormatter):
+    """Tick labels of an axis whose numbers are shown in a part or a multiple of their unit."""
+
+    def __init__(self, factor: float) -> None:
+        super().__init__()
+        self.factor = factor
+
+    def set_axis(self, axis: Any) -> None:
+        self.shown, self.axis = axis, None
+        self.create_dummy_axis()
+
+    def set_locs(self, locs: Any) -> None:
+        cast(Any, self.axis).set_view_interval(*(self.shown.get_view_interval() / self.factor))
+        super().set_locs(cast(Any, np.asarray(locs) / self.factor))
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return super().__call__(x / self.factor, pos)
+
+    def format_data_short(self, value: Any) -> str:
+        return f"{float(value) / self.factor:.6g}"
+
+
+class _PrefixedLog(LogFormatterSciNotation):
+    """The same of a logarithmic axis."""
+
+    def __init__(self, factor: float, **given: Any) -> None:
+        super().__init__(**given)
+        self.factor = factor
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return super().__call__(x / self.factor, pos)
+
+    def format_data_short(self, value: Any) -> str:
+        return f"{float(value) / self.factor:.6g}"
+
+
+def prefix_units(ax: Axes) -> None:
+    """Show the numbers of axes in mm or kN where they read better so: the data stay in the unit of their label."""
+    for axis in (ax.xaxis, ax.yaxis):
+        found = UNIT_OF_LABEL.fullmatch(axis.get_label_text())
+        scale = axis.get_scale()
+        if not found or scale not in ("linear", "log"):
+            continue
+        factor, unit = prefixed(float(np.abs(axis.get_view_interval()).max()), found[2])
+        if factor == 1.0 and not isinstance(axis.get_major_formatter(), _Prefixed | _PrefixedLog):
+            continue
+        axis.set_label_text(f"{found[1]}[{unit}]")
+        if scale == "linear":
+            axis.set_major_formatter(_Prefixed(factor))
+        else:
+            axis.set_major_formatter(_PrefixedLog(factor))
+            axis.set_minor_formatter(
+                _PrefixedLog(factor, labelOnlyBase=False, minor_thresholds=(2, 0.5))
+            )
 
 
 def _space_ticks(ax: Axes) -> None:
@@ -202,7 +263,9 @@ def shrink_texts(ax: Axes, width: float, height: float) -> None:
 def colour_bar(ax: Axes, colours: ScalarMappable, label: str, **bar: Any) -> Colorbar:
     """Draw a colour bar beside axes."""
     _WITH_BAR.add(ax)
-    return figure_of(ax).colorbar(colours, ax=ax, label=label, **bar)
+    drawn = figure_of(ax).colorbar(colours, ax=ax, label=label, **bar)
+    prefix_units(drawn.ax)
+    return drawn
 
 
 def series(count: int) -> list[str]:

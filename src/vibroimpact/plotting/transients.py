@@ -24,13 +24,13 @@ TRANSIENT_POINTS = 6000  # a curve of a transient has so many points
 MOST_LARGE_MARKS = 200  # marks of more impacts are small
 SHOWN_FALLS = 1.3  # a decay is cut off after so many times the later fall
 PANEL_HEIGHTS = (1, 3)  # a record and the response to it have heights in this ratio
-SPECTRA = {
-    "displacement": "largest $|x|$",
-    "pseudo_velocity": r"pseudo-velocity $\omega_n\,\max|x|$",
-    "pseudo_acceleration": r"pseudo-acceleration $\omega_n^2\max|x|$",
-    "acceleration": "largest acceleration",
-    "impulse": "largest impulse",
-    "impacts": "impacts",
+SPECTRA = {  # labels and quantities
+    "displacement": ("largest $|x|$", "length"),
+    "pseudo_velocity": ("pseudo-velocity", "velocity"),
+    "pseudo_acceleration": ("pseudo-acceleration", "acceleration"),
+    "acceleration": ("largest acceleration", "acceleration"),
+    "impulse": ("largest impulse", "impulse"),
+    "impacts": ("impacts", ""),
 }
 
 
@@ -60,7 +60,7 @@ def plot_free_decay(decay: FreeDecay, *, ax: Axes | None = None) -> Axes:
         for values, fall, colour, name in looks:
             if values is None:
                 continue
-            until = f"{fall:.4g} {units.unit('time')}".rstrip() if np.isfinite(fall) else "never"
+            until = units.text(fall, quantity="time", digits=4) if np.isfinite(fall) else "never"
             ax.plot(t[shown], values[shown], color=colour, linewidth=0.8, label=f"{name}: {until}")
             if np.isfinite(fall) and fall <= end:
                 ax.axvline(fall, color=colour, linewidth=0.8, linestyle=(0, (1, 1.5)), zorder=0)
@@ -123,8 +123,11 @@ def plot_record(record: ForceRecord, *, ax: Axes | None = None) -> Axes:
     """
     check_kind("record", record, ForceRecord, "a ForceRecord")
     with style.drawing(ax, width=1.6 * style.WIDTH, height=0.8 * style.HEIGHT) as ax:
-        _record(ax, record)
-        ax.set(xlabel="time $t$", xlim=(record.time[0], record.time[-1]))
+        _record(ax, record, units_of(record))
+        ax.set(
+            xlabel=units_of(record).label("time $t$", "time"),
+            xlim=(record.time[0], record.time[-1]),
+        )
     return ax
 
 
@@ -197,7 +200,9 @@ def plot_response_spectrum(
     )
     check_choice("quantity", quantity, list(SPECTRA))
     values = getattr(spectrum, quantity)
-    stops = "no stops" if np.isinf(spectrum.clearance) else f"stops at {spectrum.clearance:g}"
+    units = units_of(spectrum.record)
+    at = units.text(spectrum.clearance, quantity="length")
+    stops = "no stops" if np.isinf(spectrum.clearance) else f"stops at {at}"
     with style.drawing(ax, width=1.3 * style.WIDTH) as ax:
         colour = style.series(len(ax.get_lines()) + 1)[-1]
         ax.plot(
@@ -209,7 +214,10 @@ def plot_response_spectrum(
         ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
         ax.xaxis.set_minor_locator(NullLocator())
         name = r"$\omega_n$" if spectrum.unit == "rad/s" else "$f_n$"
-        ax.set(xlabel=f"natural frequency {name} [{spectrum.unit}]", ylabel=SPECTRA[quantity])
+        ax.set(
+            xlabel=f"natural frequency {name} [{spectrum.unit}]",
+            ylabel=units.label(*SPECTRA[quantity]),
+        )
         ax.set_ylim(bottom=0.0)
         style.legend_outside(ax, columns=2)
     return ax
@@ -226,11 +234,12 @@ def _above(ax: Axes) -> Axes:
     return above
 
 
-def _record(ax: Axes, record: ForceRecord, units: Units | None = None) -> None:
-    quantity, name = ("acceleration", "$a$") if record.kind == "base" else ("force", "$f$")
+def _record(ax: Axes, record: ForceRecord, units: Units) -> None:
+    name = "$a$" if record.kind == "base" else "$f$"
     ax.plot(record.time, record.values, color=style.GREEN, linewidth=0.7)
     ax.axhline(0.0, color=style.GREY, linewidth=0.5, zorder=0)
-    ax.set_ylabel(units.label(name, quantity) if units else name)
+    ax.set_ylabel(units.label(name, record.quantity))
+    style.prefix_units(ax)
 
 
 def _of_row(units: Units, row: str, before: str = "") -> str:

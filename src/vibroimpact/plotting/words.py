@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 import re
 
-from matplotlib.ticker import EngFormatter
-
+from vibroimpact._core.quantities import with_unit
 from vibroimpact.response.answers import SILENT, Answer, is_silent
 
 SHOWN_DIGITS = 4
-PREFIXED = ("m", "m/s", "m/s²", "N", "N s", "W", "N/m", "N s/m")  # mm, kN; but no kkg
 SYMBOL = re.compile(r"(\d+)-(\d+-\d+(?:,\d+-\d+)*)(?: \(contact .*\))?")
 KINDS = {  # what a motion does, the calmest first
     SILENT: "has no impacts",
@@ -25,10 +23,7 @@ def number(value: float, unit: str = "", *, digits: int = SHOWN_DIGITS) -> str:
     """A number to a few digits with its unit, in mm or kN where that reads better."""
     if not math.isfinite(value):
         return "unbounded" if math.isinf(value) else "not known"
-    rounded = float(f"{value:.{digits}g}")
-    if unit in PREFIXED:
-        return EngFormatter(unit=unit)(rounded)
-    return f"{rounded:g} {unit}".rstrip()
+    return with_unit(value, unit=unit, digits=digits)
 
 
 def kind_of(motion: str) -> str:

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibroimpact._core.lazy import xr
+from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import Amount, AnyAmount, AnyFloat, Count, Floats, Positive
 from vibroimpact.measures.linear import free_motion
 from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
@@ -139,8 +140,8 @@ class Answer:
     def __repr__(self) -> str:
         family = getattr(self.orbit, "family_dimension", 0)
         kind = in_words(self.stability, family)
-        value = f"{self.value:.6g} {self.shown.unit}".rstrip()
-        place = f"{self.parameter_shown:.6g} {self.shown.unit_across}".rstrip()
+        value = with_unit(self.value, unit=self.shown.unit)
+        place = with_unit(self.parameter_shown, unit=self.shown.unit_across)
         motion = self.motion if self.motion in WORDS_WITHOUT_SYMBOL else (
             f"{self.motion}, {'without' if self.silent else 'with'} impacts"
         )  # fmt: skip

@@ -37,6 +37,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
+from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import Flags, Floats
 from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree
@@ -356,7 +357,7 @@ class Response(Result):
         unit, across = self.shown[1:]
         low, high = (end * across for end in (self.band.low, self.band.high))
         what = f"{self.measure.label} over {self.parameter}"
-        lines = [f"Response: {what} {low:.6g} to {high:.6g} {unit}".rstrip()]
+        lines = [f"Response: {what} {with_unit(low, high, unit=unit)}"]
         lines += [f"  {k}: {_line(curve, across)}" for k, curve in enumerate(self.curves)]
         others = sorted({answer.motion for answer in self.unexplained}, key=_order)
         if others:

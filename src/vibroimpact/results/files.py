@@ -34,7 +34,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import check_target, read_bytes, write_files
 from vibroimpact._core.lazy import xr
 from vibroimpact.results.fields import ADVICE
-from vibroimpact.results.result import CSV, Result, check_dataset, csv_of, dataframe_of
+from vibroimpact.results.result import CSV, Result, check_dataset, csv_of, dataframe_of, titled
 from vibroimpact.results.spreadsheet import xlsx_of
 from vibroimpact.results.tree import Tree, object_of, tree_of
 
@@ -193,7 +193,7 @@ def content_of(result: Any, suffix: str) -> bytes:
         plain = {name: {"_FillValue": None} for name in data.variables}  # (3)
         content: bytes = bytes(data.to_netcdf(engine="h5netcdf", encoding=plain))
         return content + SEAL + hashlib.sha256(content).hexdigest().encode()
-    table = result.to_dataframe() if isinstance(result, Result) else dataframe_of(result)
+    table = titled(result.to_dataframe() if isinstance(result, Result) else dataframe_of(result))
     return xlsx_of(table) if suffix.lower() == XLSX else csv_of(table)
 
 

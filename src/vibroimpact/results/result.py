@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from enum import Enum, IntEnum
@@ -16,7 +17,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.checks import check_choice, path_of
 from vibroimpact._core.files import check_target, write_files
 from vibroimpact._core.lazy import pd, xr
-from vibroimpact._core.quantities import UNITS
+from vibroimpact._core.quantities import UNITS, prefixed
 from vibroimpact._core.types import Complexes
 from vibroimpact._core.words import missing_attribute
 
@@ -62,6 +63,7 @@ def rows(dim: str, *more: str) -> dict[str, Any]:
 
 
 CSV = ".csv"
+UNIT_OF_ENTRY = re.compile(r"\[([^]]*)\]")
 
 
 def plotting(module: str) -> Any:
@@ -151,6 +153,9 @@ class Result(Shown):
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the table of :meth:`to_dataframe` to a file, whole or not at all.
 
+        In SI the titles of columns name the units, such as "position_0 [mm]", and lengths are in mm where that
+        reads better.
+
         Parameters
         ----------
         path
@@ -158,7 +163,7 @@ class Result(Shown):
         """
         target = path_of("path", path)
         check_target(target, (CSV,), "path")
-        write_files({target: csv_of(self.to_dataframe())})
+        write_files({target: csv_of(titled(self.to_dataframe()))})
 
 
 def csv_of(table: pd.DataFrame) -> bytes:
@@ -169,8 +174,11 @@ def csv_of(table: pd.DataFrame) -> bytes:
 def _in_si(result: Any) -> bool:
     """Whether a result is one of a system in SI units, its own or that of a result in it."""
     named = {one.name for one in fields(result)}
-    if "system" in named:
-        return bool(getattr(result.system, "si", False))
+    for one in ("system", "record"):
+        if one in named:
+            return bool(getattr(getattr(result, one), "si", False))
+    if "si" in named:
+        return bool(result.si)
     if "family" in named:
         return bool(getattr(getattr(result.family, "system", None), "si", False))
     inside = (getattr(result, one.name) for one in fields(result) if MERGED in one.metadata)
@@ -255,8 +263,9 @@ def _attribute(name: str, value: Any) -> dict[str, Any]:
 def dataframe_of(data: xr.Dataset, dim: str = "") -> pd.DataFrame:
     """Table of a dataset: rows along a dim, by default the dims of its first variable that has fewest.
 
-    A column for each number; codes with meanings become words. Further dims of a variable become columns, position_0,
-    position_1; variables along others are left out. Without arrays it has one row, of the attributes.
+    A column for each number, whose units are in ``attrs["units"]``; codes with meanings become words. Further dims of a
+    variable become columns, position_0, position_1; variables along others are left out. Without arrays it has one row,
+    of the attributes.
     """
     held = [variable for variable in data.data_vars.values() if variable.ndim]
     if not held:
@@ -267,22 +276,47 @@ def dataframe_of(data: xr.Dataset, dim: str = "") -> pd.DataFrame:
     sizes = [data.sizes[dim] for dim in lead]
     count = int(np.prod(sizes))
     columns: dict[str, Any] = {}
+    units: dict[str, str] = {}
     for along_rows in lead:
         if along_rows in data.coords:
             columns[str(along_rows)] = (
                 data[along_rows].broadcast_like(data[list(lead)]).values.ravel()
             )
+            units[str(along_rows)] = data[along_rows].attrs.get("units", "")
     for name, variable in data.data_vars.items():
         if variable.dims[: len(lead)] != lead:
             continue
         flat = _in_words(variable).reshape(count, -1)
         if variable.ndim == len(lead):
-            columns[str(name)] = flat[:, 0]
+            named = {str(name): flat[:, 0]}
         else:
             further = list(np.ndindex(*variable.shape[len(lead) :]))
             ends = ("_".join(_place(data, variable.dims[len(lead) :], at)) for at in further)
-            columns |= {f"{name}_{end}": flat[:, k] for k, end in enumerate(ends)}
-    return pd.DataFrame(columns)
+            named = {f"{name}_{end}": flat[:, k] for k, end in enumerate(ends)}
+        columns |= named
+        of_entries = UNIT_OF_ENTRY.findall(variable.attrs.get("units_of_entries", ""))
+        of_all = [variable.attrs.get("units", "")] * len(named)
+        units |= dict(zip(named, of_entries or of_all, strict=True))
+    table = pd.DataFrame(columns)
+    table.attrs["units"] = {name: unit for name, unit in units.items() if unit not in ("", "1")}
+    return table
+
+
+def titled(table: pd.DataFrame) -> pd.DataFrame:
+    """A table for readers: titles name the units; all lengths are in mm, forces in kN, where they read better so."""
+    units, shown, titles = table.attrs.get("units", {}), {}, {}
+    numbers = {name: table[name].to_numpy(dtype=float) for name in units}
+    for unit in set(units.values()):
+        names = [name for name in units if units[name] == unit]
+        sizes = [np.abs(numbers[name][np.isfinite(numbers[name])]) for name in names]
+        factor, short = prefixed(max(size.max(initial=0.0) for size in sizes), unit)
+        for name in names:
+            titles[name] = f"{name} [{short}]"
+            if factor != 1.0:
+                # the inverse of a part is a whole number, and so the product is rounded once
+                parts = round(1.0 / factor) if factor < 1.0 else 1.0 / factor
+                shown[name] = numbers[name] * parts
+    return table.assign(**shown).rename(columns=titles)
 
 
 def _in_words(variable: xr.DataArray) -> Any:

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Floats
+from vibroimpact.machines.units import Units, units_of
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.system import mechanism_of
 
@@ -25,16 +26,17 @@ def reach_in_words(run: Any) -> str:
     end = float(run.time[-1])
     last = LAST_PERIODS * 2.0 * math.pi / m.omega if m.omega else end
     places, _ = run.at(np.linspace(max(0.0, end - last), end, SAMPLES))
-    return min(_reach(stop, places @ np.array(stop.row)) for stop in stops)[1]
+    units = units_of(run.system)
+    return min(_reach(stop, places @ np.array(stop.row), units) for stop in stops)[1]
 
 
-def _reach(stop: RigidStop, moved: Floats) -> tuple[float, str]:
+def _reach(stop: RigidStop, moved: Floats, units: Units) -> tuple[float, str]:
     """Least gap relative to the range of the motion, and the sentence."""
     low, high = float(moved.min()), float(moved.max())
     ends = [(x, gap) for x, gap in ((stop.upper, stop.upper - high), (stop.lower, low - stop.lower))
             if not is_infinite(x)]  # fmt: skip
     gap = min(gap for _, gap in ends)
-    at = " and ".join(f"{x:.4g}" for x, _ in ends)
+    at = " and ".join(units.text(x, quantity="length", digits=4) for x, _ in ends)
     entries = sorted(
         ((x, i) for i, x in enumerate(stop.row, 1) if x), key=lambda entry: entry[0] < 0.0
     )
@@ -44,5 +46,6 @@ def _reach(stop: RigidStop, moved: Floats) -> tuple[float, str]:
     )
     named = " ".join(words).removeprefix("+ ")
     return gap / max(high - low, math.ulp(0.0)), (
-        f"{named} moves from {low:.4g} to {high:.4g} in the end, and the stop is at {at}: {gap:.4g} are left"
+        f"{named} moves from {units.text(low, high, quantity='length', digits=4)} in the end, and the stop is at {at}: "
+        f"{units.text(gap, quantity='length', digits=4)} are left"
     )

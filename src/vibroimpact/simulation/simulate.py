@@ -29,6 +29,7 @@ from vibroimpact._core.types import Angles, Codes, Floats, Indices, Rising, Side
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import states_from_code
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.elements.rigid_stop import RigidStopState
 from vibroimpact.model.mechanism import (
     ImpactLaw,
@@ -172,7 +173,8 @@ class Run(Result):
             if k != Status.HORIZON
         )
         span = self.time[-1] if len(self) else 0.0
-        text = f"Run: {listed or 'no events'} up to t = {span:.6g}; {self.end.sentence}"
+        end = units_of(self.system).text(span, quantity="time")
+        text = f"Run: {listed or 'no events'} up to t = {end}; {self.end.sentence}"
         if self.end in ENDS_QUIETLY and (reach := reach_in_words(self)):
             text += f"; {reach}"
         m = self._compiled.mechanism

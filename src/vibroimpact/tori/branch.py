@@ -111,9 +111,11 @@ class CircleBranch(Result):
     def __repr__(self) -> str:
         found = counted((point.kind for point in self.special_points), "no event")
         values, rhos = self.values, self.rotation_numbers
+        units = units_of(self.circles[0].system)
+        ends = units.of_parameter(self.parameter, values.min(), values.max(), digits=8)
         lines = [
-            f"Family of {len(self)} circles, {self.parameter} {values.min():.8g} to "
-            f"{values.max():.8g}, rotation number {rhos.min():.6g} to {rhos.max():.6g}; {found}",
+            f"Family of {len(self)} circles, {self.parameter} {ends}, "
+            f"rotation number {rhos.min():.6g} to {rhos.max():.6g}; {found}",
             *(f"  {point!r}" for point in self.special_points),
             f"  ends: {self.ends[0]}; {self.ends[1]}",
         ]

@@ -15,9 +15,10 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import AnyAmount, Complexes, Floats, Share
 from vibroimpact.compile.prescribed import GAP_WATCH
-from vibroimpact.model.state import State
+from vibroimpact.machines.units import units_of
+from vibroimpact.model.state import State, names_of_state
 from vibroimpact.model.stop import Stop
-from vibroimpact.model.system import System
+from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.admissibility import PLAY_OF_AMPLITUDE, Nearest, amplitudes, least_gaps
 from vibroimpact.orbits.problem import Signature
@@ -330,6 +331,11 @@ class Circle(Result):
                 bundle=("normal", [str(kind) for kind in self.bundles]),
             )
         )
+        if isinstance(self.map, SignatureMap):
+            known = names_of_state(mechanism_of(self.map.system).degrees)
+            names = [known[i] for i in self.map.kept]
+            data["points"].attrs |= units_of(self.map.system).of_entries(names)
+            data = data.assign_coords(coordinate=names)
         return data.assign_coords(phi=phases(self.nodes)).assign_attrs(
             clearance=self.clearance_to_grazing,
             stability=self.stability.words,

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact._core.checks import (
     check_choice,
+    check_flag,
     nonnegative,
     numbers,
     path_of,
@@ -27,8 +28,10 @@ from vibroimpact._core.checks import (
     vector,
 )
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.lazy import xr
 from vibroimpact._core.texts import read_text
 from vibroimpact._core.types import Floats, Rising
+from vibroimpact.machines.units import units_of
 from vibroimpact.measures.measure import Peak, Row
 from vibroimpact.results.result import Result, along
 
@@ -72,6 +75,9 @@ class ForceRecord(Result):
     kind
         ``"force"``, or ``"base"``: coordinates are then relative to the base, and on each mass
         acts its inertia, -M row values(t).
+    si
+        Whether times are in seconds, and values in N, or m/s² of a base: datasets, pictures and what is printed,
+        also of its response spectrum, have these units then.
 
     Attributes
     ----------
@@ -86,7 +92,7 @@ class ForceRecord(Result):
 
     Notes
     -----
-    Units are those of the machine that it drives.
+    Units are those of the machine that it drives, whatever ``si`` is.
 
     Examples
     --------
@@ -96,13 +102,15 @@ class ForceRecord(Result):
     (1.0, 2.0, 1.0)
     """
 
-    time: Rising = field(metadata=along("time"))
+    time: Rising = field(metadata=along("time", quantity="time"))
     values: Floats = field(metadata=along("time"))
     row: Row | None = None
     kind: Kind = "force"
+    si: bool = False
 
     def __post_init__(self) -> None:
         check_choice("kind", self.kind, KINDS)
+        check_flag("si", self.si)
         time, values = _samples("time", self.time), _samples("values", self.values)
         if time.size < 2:
             raise InvalidParameterError(f"time has {time.size} entries: a record has 2 or more.")
@@ -136,6 +144,7 @@ class ForceRecord(Result):
         time_factor: float = 1.0,
         row: Row | None = None,
         kind: Kind = "force",
+        si: bool = False,
     ) -> ForceRecord:
         """Read a record from a text file of columns.
 
@@ -154,7 +163,7 @@ class ForceRecord(Result):
         factor, time_factor
             What values and times are multiplied by: 9.80665 for accelerations in g, 0.001 for times
             in milliseconds.
-        row, kind
+        row, kind, si
             As for the class.
 
         Raises
@@ -175,7 +184,7 @@ class ForceRecord(Result):
             raise InvalidParameterError(f"{file}: {len(found)} samples; a record has 2 or more.")
         with np.errstate(over="ignore"):  # what is infinite is refused
             times: Floats = table.times(time) if spacing is None else spacing * count
-            return cls(times * clock, found * scale, row, kind)
+            return cls(times * clock, found * scale, row, kind, si)
 
     def __len__(self) -> int:
         return int(self.time.size)
@@ -183,10 +192,20 @@ class ForceRecord(Result):
     def __repr__(self) -> str:
         what = "base acceleration" if self.kind == "base" else "force"
         where = "" if self.row is None else f" on {self.row}"
+        units = units_of(self)
         return (
-            f"ForceRecord: {what}{where}, {len(self)} samples over {self.duration:.6g}, "
-            f"peak {self.peak:.6g}"
+            f"ForceRecord: {what}{where}, {len(self)} samples over {units.text(self.duration, quantity='time')}, "
+            f"peak {units.text(self.peak, quantity=self.quantity)}"
         )
+
+    def to_dataset(self) -> xr.Dataset:
+        """Convert to an xarray dataset along ``time``."""
+        return units_of(self).of_variables(super().to_dataset(), {"values": self.quantity})
+
+    @property
+    def quantity(self) -> str:
+        """What its values are: "force" or "acceleration"."""
+        return "acceleration" if self.kind == "base" else "force"
 
     @property
     def duration(self) -> float:

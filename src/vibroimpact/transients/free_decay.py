@@ -166,9 +166,9 @@ class FreeDecay(Result):
 
     def __repr__(self) -> str:
         percent, units = f"{100.0 * self.remaining:g} %", units_of(self.system)
-        size = units.text(self.reference, ORDERS.get(self.row[:1], ""))
+        size = units.text(self.reference, quantity=ORDERS.get(self.row[:1], ""))
         time, without, last = (
-            units.text(t, "time") for t in (self.time, self.time_without, self.last_impact)
+            units.text(t, quantity="time") for t in (self.time, self.time_without, self.last_impact)
         )
         return (
             f"FreeDecay: {self.row} stays below {percent} of {size} after {time}, without impacts after "

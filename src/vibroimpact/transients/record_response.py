@@ -67,10 +67,11 @@ class RecordResponse(Result):
         n = self._m.degrees
         units = units_of(self.system)
         peaks = ", ".join(
-            f"x{i + 1} {units.text(self.peak(f'x{i + 1}'), 'length')}" for i in range(n)
+            f"x{i + 1} {units.text(self.peak(f'x{i + 1}'), quantity='length')}" for i in range(n)
         )
+        span = units.text(self.duration, quantity="time")
         return (
-            f"RecordResponse: {int(self.run.impacts.sum())} impacts over {units.text(self.duration, 'time')}, peaks "
+            f"RecordResponse: {int(self.run.impacts.sum())} impacts over {span}, peaks "
             f"{peaks}; {'the record ended' if self.complete else self.end.sentence}"
         )
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -36,6 +36,7 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
+from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import (
     Amount,
     Amounts,
@@ -45,6 +46,7 @@ from vibroimpact._core.types import (
     Flags,
     Floats,
 )
+from vibroimpact.machines.units import units_of
 from vibroimpact.model.elements.rigid_stop import RigidStop
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.results.result import Result, along
@@ -89,10 +91,10 @@ class ResponseSpectrum(Result):
     frequency: Amounts = field(metadata=along("frequency"))
     unit: Unit
     zeta: Amount
-    displacement: AnyAmounts = field(metadata=along("frequency"))
-    acceleration: AnyAmounts = field(metadata=along("frequency"))
+    displacement: AnyAmounts = field(metadata=along("frequency", quantity="length"))
+    acceleration: AnyAmounts = field(metadata=along("frequency", quantity="acceleration"))
     impacts: Counts = field(metadata=along("frequency"))
-    impulse: AnyAmounts = field(metadata=along("frequency"))
+    impulse: AnyAmounts = field(metadata=along("frequency", quantity="impulse"))
     complete: Flags = field(metadata=along("frequency"))
     clearance: AnyAmount
 
@@ -116,11 +118,12 @@ class ResponseSpectrum(Result):
 
     def __repr__(self) -> str:
         k = int(np.argmax(np.nan_to_num(self.pseudo_acceleration, nan=-1.0)))
-        low, high = self.frequency.min(), self.frequency.max()
+        ends = with_unit(self.frequency.min(), self.frequency.max(), unit=self.unit)
+        largest = units_of(self.record).text(self.pseudo_acceleration[k], quantity="acceleration")
         return (
-            f"ResponseSpectrum: {self.frequency.size} oscillators from {low:.6g} to {high:.6g} "
-            f"{self.unit}, zeta = {self.zeta:g}; largest pseudo-acceleration "
-            f"{self.pseudo_acceleration[k]:.6g} at {self.frequency[k]:.6g} {self.unit}"
+            f"ResponseSpectrum: {self.frequency.size} oscillators from {ends}, "
+            f"zeta = {self.zeta:g}; largest pseudo-acceleration "
+            f"{largest} at {self.frequency[k]:.6g} {self.unit}"
         )
 
     def to_dataset(self) -> xr.Dataset:
@@ -129,7 +132,8 @@ class ResponseSpectrum(Result):
         more = {name: ("frequency", getattr(self, name)) for name in of_displacement}
         data = super().to_dataset().assign(more)
         data.variables["frequency"].attrs["units"] = self.unit
-        return data
+        known = {"pseudo_velocity": "velocity", "pseudo_acceleration": "acceleration"}
+        return units_of(self.record).of_variables(data, known)
 
 
 @interruptible
@@ -250,7 +254,7 @@ def _simulated(record: ForceRecord, omega: float, zeta: float, stop: RigidStop) 
     oscillator = Mechanism(
         mass=[[1.0]], damping=[[2.0 * zeta * omega]], stiffness=[[omega * omega]], elements=(stop,)
     )
-    plain = ForceRecord(record.time, record.values, None, record.kind)
+    plain = replace(record, row=None)
     return simulate_record(oscillator, plain, after=CYCLE / omega)
 
 

@@ -24,6 +24,7 @@ from vibroimpact._core.checks import check_choice, check_count, check_kind, posi
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, interruptible
+from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import Count, Floats
 from vibroimpact.machines.units import ORDERS, units_of
 from vibroimpact.measures.measure import Peak, Row
@@ -126,15 +127,14 @@ class SineSweep(Result):
     def __repr__(self) -> str:
         parts, units = [], units_of(self.system)
         unit = self.band.unit or units.unit(units.quantity_of(self.band.parameter))
-        unit = f" {unit}" if unit else ""
         for way, peak in zip(self.directions, self.peak, strict=True):
             if np.isfinite(peak).any():
                 k = int(np.nanargmax(peak))
-                size = units.text(peak[k], ORDERS.get(self.row[:1], ""))
-                parts.append(f"{way} {size} at {self.values[k]:.6g}{unit}")
+                size = units.text(peak[k], quantity=ORDERS.get(self.row[:1], ""))
+                parts.append(f"{way} {size} at {with_unit(self.values[k], unit=unit)}")
         return (
             f"SineSweep: {self.values.size} steps of {self.periods_per_step} periods from "
-            f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}; largest {self.row}: "
+            f"{with_unit(self.values[0], self.values[-1], unit=unit)}; largest {self.row}: "
             f"{', '.join(parts)}"
         )
 
