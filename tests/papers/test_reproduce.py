@@ -207,7 +207,8 @@ def test_run_of_a_file_is_repeated_bit_for_bit(out: Path) -> None:
 
 def test_two_runs_give_equal_bits(out: Path) -> None:
     alone = replace(SMALL, figures=("5",), strong=MappingProxyType({}))
-    found = job.compute(alone, quiet())
+    with job.processes(quiet()) as workers:
+        found = job.compute(alone, workers)
     data = figures.open_data(out / "data" / "figure-5.nc")
     points = np.concatenate([f.points for r in found.panels.values() for f in r.found])
     assert np.array_equal(points[:, 0], data["x1"].values)

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import copyreg
+import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from types import MappingProxyType
+from typing import Any, NamedTuple, TypeVar
 
 import xarray as xr
 
 from vibroimpact import _kernel
+from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import write_files
 from vibroimpact._core.progress import Display
+from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.folder import whole_folder
 from vibroimpact_papers.impact_damper import (
@@ -58,7 +67,7 @@ from vibroimpact_papers.impact_damper.symmetric_bifurcations import (
     symmetric_bifurcations,
 )
 from vibroimpact_papers.impact_damper.transient import PANEL, survivors
-from vibroimpact_papers.impact_damper.unfolding import unfolded, unfolding_data
+from vibroimpact_papers.impact_damper.unfolding import Unfolded, unfolded, unfolding_data
 from vibroimpact_papers.impact_damper.verdicts import judge
 from vibroimpact_papers.judged import Claim, Summary, to_json
 
@@ -66,7 +75,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 title = TITLE  # of the list of publications
-WORKERS = 2  # the kernel releases the lock; numpy and matplotlib do in part
+WORKERS = 2  # processes
 STAGES = 13
 EXAMPLE_SET, EXAMPLE_PANEL = "A", "2g"  # shown as a section in the introduction
 EXAMPLE_OMEGA, EXAMPLE_IMPACTS = 1.2, 9  # shown as a time history
@@ -103,12 +112,12 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None =
     """
     progress = progress or Display(STAGES)
     try:
-        with whole_folder(Path(out)) as work:
-            found = compute(plan or Plan(), progress)
+        with whole_folder(Path(out)) as work, processes(progress) as workers:
+            found = compute(plan or Plan(), workers)
             progress.stage("verdicts")
             judgements = judge(evidence_of(found, claims()))
             residuals = _residuals()
-            pictures = _write_figures(work, found, progress)
+            pictures = _write_figures(work, found, workers)
             progress.stage("report")
             (work / "verdicts.json").write_text(
                 to_json(
@@ -129,58 +138,36 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None =
         progress.close()
 
 
-def compute(plan: Plan, progress: Display) -> Findings:
+def compute(plan: Plan, workers: Workers) -> Findings:
     """Compute bifurcations, sweeps, panels and circles."""
     sets = parameter_sets()
     chosen = [p for p in panels() if p.shows == "section" and p.figure in plan.figures]
-
-    def bifurcations(name: str) -> tuple[Bifurcation, ...]:
-        low, high = sets[name].omega_range
-        sweep = plan.sweeps[name]
-        span = min(low, sweep.low), max(high, sweep.high)
-        return symmetric_bifurcations(damper_of(sets[name], span[1]), span)
-
-    def follow(name: str) -> Followed:
-        omegas = tuple(p.omega for p in chosen if p.set == name and isinstance(p.omega, float))
-        return follow_both_ways(sets[name], plan, omegas)
-
-    points = _parallel("bifurcations", bifurcations, sets, progress)
-    ways = _parallel("following attractors", follow, sets, progress)
+    points = workers.map("bifurcations", partial(_bifurcations, plan), sets.values())
+    ways = workers.map("following attractors", partial(_follow, plan, chosen), sets.values())
     followed = dict(zip(sets, ways, strict=True))
-
-    def result(panel: Panel) -> PanelResult:
-        return panel_result(sets[panel.set], panel, followed[panel.set], plan)
-
-    results = _parallel("panels", result, chosen, progress)
+    results = workers.map("panels", partial(_panel, plan, followed), chosen)
     bifurcated = dict(zip(sets, points, strict=True))
     critical = [c for name, found in bifurcated.items() for c in critical_points(name, found)]
-    circles = _parallel("circles", lambda c: measure(c, plan), critical, progress)
+    circles = workers.map("circles", partial(measure, plan=plan), critical)
     by_panel = {r.panel.name: r for r in results}
-    ensembles = _ensembles(sets, by_panel, plan, progress)
+    ensembles = _ensembles(sets, by_panel, plan, workers.progress)
     long = by_panel.get(PANEL)
     transient = survivors(sets[long.panel.set], long.omega, plan) if long else None
-    names = [name for name in sets if name in plan.strong]
-    resonant = _parallel(
-        "strong resonances", lambda name: resonances_of(sets[name], plan), names, progress
-    )
+    strong = [sets[name] for name in sets if name in plan.strong]
+    resonant = workers.map("strong resonances", partial(resonances_of, plan=plan), strong)
     resonances = {one.set: one for one in resonant}
-    followed_circles = _parallel(
-        "families of circles", lambda name: family_of(sets[name], by_panel, plan), names, progress
+    followed_circles = workers.map(
+        "families of circles", partial(family_of, results=by_panel, plan=plan), strong
     )
     chosen_points = [
         (sets[name], point)
         for name, kind, omega in plan.unfolded
         if name in resonances and (point := resonances[name].named(kind, omega))
     ]
-    unfoldings = _parallel(
-        "portraits around resonances", lambda pair: unfolded(*pair), chosen_points, progress
+    unfoldings = workers.map("portraits around resonances", _unfolded, chosen_points)
+    spectra = workers.map(
+        "Lyapunov spectra", partial(_spectrum, plan, followed, bifurcated), strong
     )
-
-    def spectrum(name: str) -> xr.Dataset:
-        circles_begin = [p.omega for p in bifurcated[name] if p.kind == "NS" and p.admissible]
-        return spectrum_data(sets[name], followed[name], max(circles_begin), plan)
-
-    spectra = _parallel("Lyapunov spectra", spectrum, names, progress)
     families = {one.set: one for one in followed_circles if one}
     folds = {
         m.point.name: fold
@@ -199,6 +186,33 @@ def compute(plan: Plan, progress: Display) -> Findings:
         resonances, away, families, tuple(unfoldings), tuple(spectra),
         folds,
     )  # fmt: skip
+
+
+def _bifurcations(plan: Plan, one: ParameterSet) -> tuple[Bifurcation, ...]:
+    (low, high), sweep = one.omega_range, plan.sweeps[one.name]
+    span = min(low, sweep.low), max(high, sweep.high)
+    return symmetric_bifurcations(damper_of(one, span[1]), span)
+
+
+def _follow(plan: Plan, chosen: list[Panel], one: ParameterSet) -> Followed:
+    omegas = tuple(p.omega for p in chosen if p.set == one.name and isinstance(p.omega, float))
+    return follow_both_ways(one, plan, omegas)
+
+
+def _panel(plan: Plan, followed: Mapping[str, Followed], panel: Panel) -> PanelResult:
+    return panel_result(parameter_sets()[panel.set], panel, followed[panel.set], plan)
+
+
+def _unfolded(pair: tuple[ParameterSet, BifurcationPoint]) -> Unfolded:
+    return unfolded(*pair)
+
+
+def _spectrum(
+    plan: Plan, followed: Mapping[str, Followed], bifurcated: Mapping[str, tuple[Bifurcation, ...]],
+    one: ParameterSet,
+) -> xr.Dataset:  # fmt: skip
+    begin = [p.omega for p in bifurcated[one.name] if p.kind == "NS" and p.admissible]
+    return spectrum_data(one, followed[one.name], max(begin), plan)
 
 
 def _ensembles(
@@ -225,14 +239,52 @@ def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
     )  # fmt: skip
 
 
-def _parallel(
-    name: str, work: Callable[[Item], Result], items: Iterable[Item], progress: Display
-) -> list[Result]:
-    """Map over items on two threads, in order; an interruption cancels items that have not begun."""
-    todo = list(items)
-    pool = ThreadPoolExecutor(min(WORKERS, os.cpu_count() or 1))
+def _frozen(table: dict[Any, Any]) -> MappingProxyType[Any, Any]:
+    """A table that nobody changes, which pickle does not know."""
+    return MappingProxyType(table)
+
+
+copyreg.pickle(MappingProxyType, lambda table: (_frozen, (dict(table),)))
+
+
+class Workers(NamedTuple):
+    """Processes that share the work of a stage."""
+
+    pool: ProcessPoolExecutor
+    progress: Display
+
+    def map(self, name: str, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
+        """Map over items, in order."""
+        todo = list(items)
+        return list(self.progress.track(name, self.pool.map(work, todo), len(todo)))
+
+
+@contextmanager
+def processes(progress: Display) -> Iterator[Workers]:
+    """Processes until all is done; an interruption or an error ends them at once.
+
+    Raises
+    ------
+    InvalidParameterError
+        A process could not begin, or was ended from outside.
+    """
+    others = multiprocessing.active_children()
+    pool = ProcessPoolExecutor(
+        min(WORKERS, os.cpu_count() or 1), multiprocessing.get_context("spawn"),
+        signal.signal, (signal.SIGINT, signal.SIG_IGN),
+    )  # fmt: skip
     try:
-        return list(progress.track(name, pool.map(work, todo), len(todo)))
+        yield Workers(pool, progress)
+    except BaseException as error:
+        for child in multiprocessing.active_children():
+            if child not in others:
+                child.terminate()
+        if isinstance(error, BrokenProcessPool):
+            raise InvalidParameterError(
+                "reproduce: one of its processes was ended, or could not begin. A script that calls it begins with "
+                "if __name__ == '__main__':, since each process reads the script once more."
+            ) from error
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 
@@ -250,17 +302,22 @@ def _residuals() -> tuple[Residual, ...]:
 # --- figures --------------------------------------------------------------------------------------
 
 
-def _write_figures(work: Path, found: Findings, progress: Display) -> Pictures:
+def _write_figures(work: Path, found: Findings, workers: Workers) -> Pictures:
     """Write the data, and draw every figure from the files just written."""
     (work / "figures").mkdir()
     (work / "data").mkdir()
     names: dict[str, tuple[str, ...]] = {}
-    for figure, parts in progress.track("data", _all_data(found), _count(found)):
+    for figure, parts in workers.progress.track("data", _all_data(found), _count(found)):
         names[figure] = tuple(_write(work / "data", data) for data in parts)
-    for figure, files in progress.track("figures", _of_figures(names), len(names)):
-        data = tuple(figures.open_data(work / "data" / name) for name in files)
-        figures.save_both(figures.redraw(data), work / "figures" / figure)
+    workers.map("figures", partial(_draw, work), _of_figures(names))
     return Pictures(work / "figures", names)
+
+
+def _draw(work: Path, named: tuple[str, tuple[str, ...]]) -> None:
+    """Draw a figure from its files."""
+    figure, files = named
+    data = tuple(figures.open_data(work / "data" / name) for name in files)
+    figures.save_both(figures.redraw(data), work / "figures" / figure)
 
 
 def _of_figures(names: dict[str, tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
