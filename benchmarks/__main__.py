@@ -13,7 +13,16 @@ from typing import Any
 from benchmarks import machine
 
 # A file of this folder each, with a function ``run`` of the options, which returns what it measured.
-PARTS = ("trajectories", "ensembles", "branches", "curves", "cascade", "elements", "design")
+PARTS = (
+    "trajectories",
+    "ensembles",
+    "branches",
+    "curves",
+    "cascade",
+    "elements",
+    "observers",
+    "design",
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

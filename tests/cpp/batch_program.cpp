@@ -25,6 +25,7 @@ const std::map<std::string, const double* fields::*> of_systems{
     {"mobility", &fields::mobility},
     {"shift", &fields::shift},
     {"restitution", &fields::restitution},
+    {"damping", &fields::damping},
     {"k", &fields::k},
     {"c", &fields::c},
     {"a", &fields::a},
@@ -72,6 +73,11 @@ struct option_printer {
     void real(const char* name, double) const { say(name, "real"); }
     void stop(const char* name, int) const { say(name, "stop"); }
     void rows(const char* name, const vi::row_list&, int most) const { say(name, "rows", most); }
+    void of_rows(const char* name, const double*, const vi::row_list&, double low,
+                 double high) const {
+        std::printf("option %s %s of_rows %a %a\n", observer.c_str(), name, low, high);
+    }
+    void velocities(const vi::row_list&) const {}
 };
 
 struct option_reader {
@@ -85,7 +91,15 @@ struct option_reader {
     void real(const char* name, double& value) const { value = of(name).at(0); }
     void stop(const char* name, int& value) const { value = static_cast<int>(of(name).at(0)); }
     void rows(const char* name, vi::row_list& rows, int) const { // of two coordinates
-        rows = {of(name).data(), static_cast<long long>(of(name).size() / 2)};
+        rows = {of(name).data(), static_cast<long long>(of(name).size() / 6)};
+    }
+    void of_rows(const char* name, const double*& numbers, const vi::row_list&, double,
+                 double) const {
+        numbers = of(name).data();
+    }
+    void velocities(vi::row_list& rows) const {
+        static constexpr double each[] = {0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0};
+        rows = {each, 2};
     }
 };
 

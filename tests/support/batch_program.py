@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 STOPS = {"A": 1.0, "B": -1.0}
-EACH = [1.0, 0.0, 0.0, 1.0]  # rows of each coordinate
+EACH = [1.0, 0.0], [0.0, 1.0]  # rows of each coordinate
 
 
 def said(*arguments: str, given: str = "") -> list[list[str]]:
@@ -30,6 +30,9 @@ def observers() -> dict[str, tuple[dict[str, tuple[Any, ...]], tuple[str, ...]]]
             options[name], tables[name] = {}, ()
         elif what == "option":
             option, kind, *limits = more
+            if kind == "of_rows":
+                options[name][option] = (kind, *map(float.fromhex, limits))
+                continue
             used = {"count": 2, "rows": 1}.get(kind, 0)
             options[name][option] = (kind, *map(int, limits[:used]))
         else:
@@ -61,7 +64,7 @@ class Batch:
         words += [f"{name} {_numbers(x)}" for name, x in members.items()]
         for name, options in observers.items():
             words += [f"{name} 0"]
-            words += [f"{name}.{option} {_option(x)}" for option, x in options.items()]
+            words += [f"{name}.{option} {_option(x)}" for option, x in _spread(options).items()]
         count, found = len(members["settle"]), dict[str, Any]()
         for name, _, *numbers in said(given="\n".join(words)):
             found[name] = np.array([float.fromhex(x) for x in numbers])
@@ -74,9 +77,19 @@ class Batch:
             self.arrays.setdefault(name, []).append(np.ravel(values))
 
 
+def _spread(options: dict[str, Any]) -> dict[str, Any]:
+    """Options with a row of (x, v, a) for each coordinate in place of none, and numbers that go with it."""
+    if "rows" not in options:
+        return options
+    each = [[row] if row else EACH for row in options["rows"]]
+    rows = [[*row, *[0.0] * (6 - len(row))] for some in each for row in some]
+    return {
+        name: rows if name == "rows" else np.repeat(x, [len(some) for some in each])
+        for name, x in options.items()
+    }
+
+
 def _option(value: Any) -> str:
-    if isinstance(value, list):  # rows
-        return _numbers(np.concatenate([row or EACH for row in value]))
     return _numbers(STOPS[value] if isinstance(value, str) else value)
 
 

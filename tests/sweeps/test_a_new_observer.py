@@ -96,11 +96,13 @@ _kernel.Batch, _kernel.observers = batch_program.Batch, batch_program.observers
 import vibroimpact as vi
 from support.systems import paper_damper
 
+ROWS = ["dashpots", vi.observe.Harmonic(row=(0.0, 0.0, 1.0, -1.0), label="v", harmonic=3.0),
+        vi.observe.Rms(row=(0.0, 0.0, 0.0, 0.0, 1.0, 0.0), label="a"), "harmonic"]
 starts = vi.GridStarts({"v2": [1.3, -1.2]}, vi.State((0.0, 0.0), (0.0, 1.0)))
 found = vi.sweep(
     paper_damper("B", 0.96, restitution=0.5), over={}, start=starts, settle_periods=5, periods=60,
     observe=["pauses", vi.observe.Section(points=3, stop="B"), "symbol", "extremes", "settling",
-             "lyapunov", "final"] if len(sys.argv) < 2 else vi.observe.Pauses(least=sys.argv[1]),
+             "lyapunov", "final", *ROWS] if len(sys.argv) < 2 else vi.observe.Pauses(least=sys.argv[1]),
     progress=False,
 )
 print(json.dumps({name: found[name].values.tolist() for name in found.data_vars}))
@@ -162,7 +164,9 @@ def test_the_others_have_the_bits_of_the_installed_kernel_beside_it(copy: Path) 
         paper_damper("B", 0.96, restitution=0.5), over={}, settle_periods=5,
         start=vi.GridStarts({"v2": SPEEDS}, vi.State((0.0, 0.0), (0.0, 1.0))),
         observe=[vi.observe.Section(points=3, stop="B"), "symbol", "extremes", "settling",
-                 "lyapunov", "final"],
+                 "lyapunov", "final", "dashpots", "harmonic",
+                 vi.observe.Harmonic(row=(0.0, 0.0, 1.0, -1.0), label="v", harmonic=3.0),
+                 vi.observe.Rms(row=(0.0, 0.0, 0.0, 0.0, 1.0, 0.0), label="a")],
         periods=60, progress=False,
     )  # fmt: skip
     assert {*found} == {*here.data_vars, "pauses", "pause_longest"}
@@ -203,5 +207,7 @@ def test_both_sides_of_an_observer_have_the_same_options_and_tables(name: str) -
     own = {f.name for f in fields(cast(Any, kind))} - {"label"}
     assert own == {option.replace("rows", "row") for option in options}
     stop = {"stop": "B"} if "stop" in own else {}
-    system = ball(0.5) if name != "stroboscopic" else paper_damper("A", 1.2).mechanism
+    system = (
+        ball(0.5) if name not in {"stroboscopic", "harmonic"} else paper_damper("A", 1.2).mechanism
+    )
     assert {v.table for v in kind(**stop).variables(system).values()} == {*tables}

@@ -17,7 +17,16 @@ from vibroimpact.compile.many_systems import compile_together
 from vibroimpact.sweeps.execution import batch as execution
 from vibroimpact.sweeps.execution.batch import batch_of
 from vibroimpact.sweeps.member_status import MemberStatus
-from vibroimpact.sweeps.observers import Extremes, Final, Rms, Rotation, Section, Settling, Symbol
+from vibroimpact.sweeps.observers import (
+    Extremes,
+    Final,
+    Harmonic,
+    Rms,
+    Rotation,
+    Section,
+    Settling,
+    Symbol,
+)
 from vibroimpact.sweeps.observers.selection import describe, observer_of, resolve, variables_of
 from vibroimpact.sweeps.observers.table import OBSERVERS
 
@@ -26,7 +35,7 @@ CASES = cases()
 # The stop B is one that every system here has.
 AT_B = (Section(stop="B"), Rotation(stop="B"))
 EVERYTHING = (*AT_B, *(name for name in OBSERVERS if name not in ("section", "rotation")))
-UNFORCED = tuple(name for name in EVERYTHING if name != "stroboscopic")  # no phase repeats
+UNFORCED = tuple(name for name in EVERYTHING if name not in ("stroboscopic", "harmonic"))
 
 
 def all_of(system: Any) -> tuple[Any, ...]:
@@ -252,11 +261,17 @@ def test_rows_of_several_observers_do_not_mix() -> None:
         (lambda: Symbol(returns=0), "returns = 0"),
         (lambda: Settling(tolerance=math.nan), "tolerance = nan"),
         (lambda: Settling(longest=0), "longest = 0"),
+        (lambda: Harmonic(harmonic=0.0), "harmonic = 0.0: must be in [0.000976562, 1024]"),
+        (
+            lambda: variables_of([Harmonic()], ball(0.5)),
+            "observe = Harmonic: the system has no forcing",
+        ),
         (lambda: Extremes(row=(0.0, 0.0), label="u"), "row = 0"),
         (lambda: Extremes(row=(1.0, math.inf), label="u"), "finite"),
         (lambda: Extremes(row=(1.0,), label="a b"), "label = 'a b'"),
         (lambda: Rms(label="u"), "give the row"),
         (lambda: variables_of([Extremes(row=(1.0,), label="u")], chain()), "expected (3,)"),
+        (lambda: variables_of([Rms(row=(0.0,) * 3 + (1.0,), label="u")], chain()), "or (9,)"),
         (lambda: variables_of([Section(contact=2)], chain()), "contact = 2"),
         (lambda: variables_of([Section(stop="A")], ball(0.5)), "stop"),
         (

@@ -17,6 +17,7 @@ struct batch_arrays : batch_sizes {
     const double* mobility;
     const double* shift;
     const double* restitution;
+    const double* damping;
     // Of elements: which states each has, as bits, whether it is a soft stop, and whether it acts on a massless
     // coordinate, the same for all systems
     const int* states;

@@ -101,7 +101,7 @@ VI_HD inline void build_mode(const batch_arrays& b, long long m, long long s,
     b.observers.each_wanted([&](const auto& one) {
         if constexpr (requires { one.rows; })
             for (long long r = 0; r < one.rows.count; ++r)
-                set_observed_row(*row++, one.rows.numbers + r * b.degrees, here, flow);
+                set_observed_row(*row++, one.rows.numbers + 3 * r * b.degrees, here, flow);
     });
 }
 

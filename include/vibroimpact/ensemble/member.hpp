@@ -116,7 +116,8 @@ VI_HD inline bool load_member(const batch_arrays& b, long long i, const system_r
         b.steps[s],
         coordinates_of(b, 0, s),
         {built.rows, 0, built.row_count},
-        {b.element_rows, static_cast<int>(b.elements), 2 * (b.degrees + b.lines) + 1}};
+        {b.element_rows, static_cast<int>(b.elements), 2 * (b.degrees + b.lines) + 1},
+        b.damping};
     out.observers.begin(b.observers, start, out.now.at);
     return true;
 }

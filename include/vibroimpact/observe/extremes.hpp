@@ -1,4 +1,4 @@
-// The smallest and the largest value of u = row . x + gain between two times, flights included.
+// The smallest and the largest value of u = row . (x, v, a) + gain between two times, flights included.
 //
 // Method      In every step u is a Taylor polynomial (search/polynomial.hpp). The step is cut into
 //             pieces [0, L] until each is one of these, with |u''| <= M on it
@@ -82,6 +82,7 @@ struct extremes::observer {
     range of[most_rows];
 
     VI_HD void on_flight(const flight_segment<Flow>& s) {
+        if (!(s.duration > 0.0)) return; // between events at once nothing lasts
         const auto* rows = watched.of_mode(s.mode);
         const auto& flow = s.system.modes[s.mode].flow;
         march(s, [&](const auto& y, double span) {

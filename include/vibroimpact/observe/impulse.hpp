@@ -1,8 +1,10 @@
-// Impulse of every contact and element on the motion: the integral of its force, and the impulses of impacts.
+// Impulse of every contact and element on the motion: the integral of its force, and the impulses of impacts;
+// and the largest impulse of an impact.
 //
 // Method      Forces of part_forces.hpp, by the quadrature of rms.hpp. Impulses of impacts from what they do
 //             to gap rates, A p = gamma+ - gamma, as in power.hpp; those of completed chatter likewise, from
-//             the flight that it is completed by: its sum is that of all its impacts.
+//             the flight that it is completed by: its sum is that of all its impacts, none of which is the
+//             largest.
 // Assumes     where contacts are dependent only the sum of their impulses on the motion is determined: the
 //             first ones carry it
 // Accuracy    that of rms.hpp; chatter is summed to the accuracy of transition/rest.hpp
@@ -16,9 +18,13 @@ namespace vi::observe {
 
 struct impulse {
     static constexpr const char* name = "impulse";
-    result_table sums{}; // of every part along its row
+    result_table sums{};    // of every part along its row
+    result_table largest{}; // of the impacts of every part; 0 without any
 
-    void tables(const batch_sizes& n, const auto& to) { to("sums", sums, n.contacts + n.elements); }
+    void tables(const batch_sizes& n, const auto& to) {
+        to("sums", sums, n.contacts + n.elements);
+        to("largest", largest, n.contacts + n.elements);
+    }
     template <class Flow>
     struct observer;
 };
@@ -26,7 +32,7 @@ struct impulse {
 template <class Flow>
 struct impulse::observer {
     element_rows rows{};
-    double sum[detail::most_parts<Flow>] = {};
+    double sum[detail::most_parts<Flow>] = {}, most[detail::most_parts<Flow>] = {};
     vec<double, Flow::max_dimension> begin{}; // of the last flight, in the coordinates of its mode
     int mode = 0;
     double duration = 0.0;
@@ -54,6 +60,8 @@ struct impulse::observer {
         double* row = to.sums.row(m.row);
         for (long long k = 0; k < to.sums.width; ++k)
             row[k] = sum[k];
+        for (long long i = 0; i < to.largest.width; ++i)
+            to.largest.row(m.row)[i] = most[i];
     }
 
 private:
@@ -64,6 +72,7 @@ private:
         for (int k = 0; k < rates.touching.count; ++k) {
             const int i = rates.touching.index[k];
             sum[i] = sum[i] - s.at.touching[i] * p[k];
+            if (known) most[i] = max(most[i], p[k]);
         }
     }
 };

@@ -24,7 +24,9 @@
 //               to.share(name, double)               a number in (0, 1)
 //               to.real(name, double)                a finite number
 //               to.stop(name, int)                   "A" or "B": upper_side or lower_side
-//               to.rows("rows", row_list, most)      rows on the coordinates: Python's `row`, several times
+//               to.rows("rows", row_list, most)      rows on (x, v, a): Python's `row`, several times
+//               to.of_rows(name, const double*&, rows, least, most)   a number in a range for each row
+//               to.velocities(row_list)              no option: a row for the velocity of each coordinate
 //
 // The declaration may also have
 //
@@ -72,13 +74,13 @@ struct result_table {
     }
 };
 
-// Rows on the coordinates of the mechanism.
+// Rows on the positions, velocities and accelerations of the mechanism: 3 n numbers each.
 struct row_list {
     const double* numbers = nullptr;
     long long count = 0;
 };
 
-// Rows on the coordinates of every mode, with their derivatives: those of mode m begin at m * stride.
+// These rows on the coordinates of every mode, with their derivatives: those of mode m begin at m * stride.
 template <class Flow>
 struct watched_rows {
     const guard<double, Flow::max_dimension>* rows = nullptr;
@@ -101,6 +103,14 @@ struct element_rows {
     VI_HD const double* speed(int mode, int element) const { return force(mode, element) + length; }
 };
 
+namespace detail {
+
+// Contacts and elements of a flow, at most.
+template <class Flow>
+inline constexpr int most_parts = Flow::max_contacts + Flow::shape_type::max_elements;
+
+} // namespace detail
+
 // A member before its run.
 template <class Flow>
 struct member_start {
@@ -110,6 +120,7 @@ struct member_start {
     mode_coordinates free;
     watched_rows<Flow> watched; // all rows of all observers
     element_rows elements;
+    const double* damping; // C of the mechanism, row by row
 };
 
 } // namespace vi

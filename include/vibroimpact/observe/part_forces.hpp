@@ -57,6 +57,10 @@ VI_HD inline void each_force(const flight_segment<Flow>& s, const element_rows& 
     const auto& mode = s.system.modes[s.mode];
     const int contacts = s.system.contacts();
     const double unit = unit_of_time(mode.flow.step);
+    bool some = rows.elements > 0;
+    for (int i = 0; i < contacts; ++i)
+        some = some || mode.guards[i].closed != no_side;
+    if (!some) return;
     march(s, [&](const auto& y, double span) {
         for (int i = 0; i < contacts; ++i) {
             if (mode.guards[i].closed == no_side) continue;
@@ -74,9 +78,5 @@ VI_HD inline void each_force(const flight_segment<Flow>& s, const element_rows& 
         }
     });
 }
-
-// Contacts and elements of a flow, at most.
-template <class Flow>
-inline constexpr int most_parts = Flow::max_contacts + Flow::shape_type::max_elements;
 
 } // namespace vi::detail

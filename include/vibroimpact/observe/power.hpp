@@ -72,17 +72,17 @@ VI_HD inline auto rates_of(const event_view<Flow>& s,
     return out;
 }
 
-// (1)
-template <class Flow>
-VI_HD inline double impact_loss(const event_view<Flow>& s) {
+// (1): add(contact, loss) for each that touches.
+template <class Flow, class Add>
+VI_HD inline void each_loss(const event_view<Flow>& s, const Add& add) {
     const auto r = rates_of(s, s.e.before, true);
-    if (r.jump.n == 1) // (2)
-        return -0.5 * r.jump.b[0] * r.sum[0] * s.system.laws[s.e.contact].effective_mass;
+    if (r.jump.n == 1) { // (2)
+        const double loss = r.jump.b[0] * r.sum[0] * s.system.laws[s.e.contact].effective_mass;
+        return add(s.e.contact, -0.5 * loss);
+    }
     const auto p = through_inverse(r.jump);
-    double sum = 0.0;
     for (int k = r.jump.n - 1; k >= 0; --k)
-        sum = sum + r.sum[k] * p[k];
-    return -0.5 * sum;
+        add(r.touching.index[k], -0.5 * (r.sum[k] * p[k]));
 }
 
 } // namespace detail
@@ -91,20 +91,30 @@ namespace observe {
 
 struct power {
     static constexpr const char* name = "power";
-    result_table loss{}; // per unit of time
+    result_table loss{}, of_parts{}; // per unit of time, in all and of each part
 
-    void tables(const batch_sizes&, const auto& to) { to("loss", loss, 1); }
+    void tables(const batch_sizes& n, const auto& to) {
+        to("loss", loss, 1);
+        to("of_parts", of_parts, n.contacts + n.elements);
+    }
 
     template <class Flow>
     struct observer {
-        double lost = 0.0;
+        double lost = 0.0, at[detail::most_parts<Flow>] = {};
 
         VI_HD void on_event(const event_view<Flow>& s) {
-            if (s.e.what == status::impact || s.e.what == status::simultaneous)
-                lost = lost + detail::impact_loss(s);
+            if (s.e.what != status::impact && s.e.what != status::simultaneous) return;
+            double sum = 0.0;
+            detail::each_loss(s, [&](int contact, double loss) {
+                sum = sum + loss;
+                at[contact] = at[contact] + loss;
+            });
+            lost = lost + sum;
         }
         VI_HD void write(const auto& m, const power& to) const {
             to.loss.put(m.row, lost / m.duration);
+            for (long long i = 0; i < to.of_parts.width; ++i)
+                to.of_parts.row(m.row)[i] = at[i] / m.duration;
         }
     };
 };

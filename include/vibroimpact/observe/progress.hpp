@@ -1,4 +1,4 @@
-// Drift of u = row . x per forcing period, without forcing per unit of time.
+// Drift of u = row . (x, v, a) per forcing period, without forcing per unit of time.
 //
 // Method      (u at the end - u at the begin of the window) / its length
 // Accuracy    rounding of u

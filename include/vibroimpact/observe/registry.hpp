@@ -4,10 +4,12 @@
 // its rows of results (ensemble/), and the table that Python reads.
 #pragma once
 
+#include "vibroimpact/observe/dashpots.hpp"
 #include "vibroimpact/observe/dissipation.hpp"
 #include "vibroimpact/observe/extremes.hpp"
 #include "vibroimpact/observe/final.hpp"
 #include "vibroimpact/observe/forces.hpp"
+#include "vibroimpact/observe/harmonic.hpp"
 #include "vibroimpact/observe/impacts.hpp"
 #include "vibroimpact/observe/impulse.hpp"
 #include "vibroimpact/observe/lyapunov.hpp"
@@ -34,6 +36,7 @@ using all_observers =
                   observe::power, observe::extremes, observe::rms, observe::lyapunov,
                   observe::spectrum, observe::shares, observe::settling, observe::final_state,
                   observe::rotation, observe::stroboscopic, observe::states, observe::dissipation,
-                  observe::forces, observe::impulse, observe::progress>;
+                  observe::forces, observe::impulse, observe::progress, observe::dashpots,
+                  observe::harmonic>;
 
 } // namespace vi

@@ -1,4 +1,4 @@
-// Mean and mean square of u = row . x + gain over the window, flights included.
+// Mean and mean square of u = row . (x, v, a) + gain over the window, flights included.
 //
 // Method      Gauss-Legendre quadrature with 7 nodes in every step, at which u is a Taylor
 //             polynomial (search/polynomial.hpp)

@@ -94,16 +94,28 @@ VI_HD inline void add_watch(Mode& m, const watch_numbers& from) {
     }
 }
 
-// row . x as a row on the y of a mode, for observers.
+// row . (x, v, a) as a row on the y of a mode, for observers: a = to_v (B y + b).
 template <int D, class Flow>
 VI_HD inline void set_observed_row(guard<double, D>& g, const double* row,
                                    const mode_coordinates& p, const Flow& flow) {
     const int n = flow.dimension();
     g = {};
+    vec<double, D> moved{}; // row of the speed whose rate is the part in a
+    bool accelerates = false;
     for (int i = 0; i < p.degrees; ++i) {
+        const double x = row[i], v = row[p.degrees + i], a = row[2 * p.degrees + i];
+        for (int j = 0; j < n; ++j) {
+            g.rows[0][j] += x * p.to_x[i * n + j] + v * p.to_v[i * n + j];
+            moved[j] += a * p.to_v[i * n + j];
+        }
+        g.gains[0] += x * p.offset[i];
+        accelerates = accelerates || a != 0.0;
+    }
+    if (accelerates) {
+        const auto rate = flow.next_row(moved);
         for (int j = 0; j < n; ++j)
-            g.rows[0][j] += row[i] * p.to_x[i * n + j];
-        g.gains[0] += row[i] * p.offset[i];
+            g.rows[0][j] += rate[j];
+        g.gains[0] += flow.row_gain(moved);
     }
     differentiate(g, flow);
 }

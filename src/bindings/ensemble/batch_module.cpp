@@ -37,8 +37,8 @@ public:
     batch(bool dense, bool mixed, bool sequential, int degrees, const array& columns,
           const varied_places& varied, const array& omegas, const array& kappas, const array& steps,
           const array& impulse, const array& mobility, const array& shift, const array& restitution,
-          bool piecewise, const std::vector<std::tuple<int, bool, bool>>& elements,
-          const array& reset_shift)
+          const array& damping, bool piecewise,
+          const std::vector<std::tuple<int, bool, bool>>& elements, const array& reset_shift)
         : dense_(dense), piecewise_(piecewise), columns_(columns) {
         if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2 ||
             reset_shift.ndim() != 2)
@@ -77,6 +77,8 @@ public:
              {"mobility", &fields::mobility, mobility, c * c},
              {"shift", &fields::shift, shift, c * d},
              {"restitution", &fields::restitution, restitution, c * 2},
+             {"damping", &fields::damping, damping,
+              static_cast<std::size_t>(degrees) * static_cast<std::size_t>(degrees)},
              {"reset_shift", &fields::reset_shift, reset_shift, reset_shift.shape(0) * d}},
             varied);
     }
@@ -263,11 +265,11 @@ void bind_batch(nb::module_& m) {
         "of members\nhave a leading axis of members.")
         .def(nb::init<bool, bool, bool, int, const array&, const varied_places&, const array&,
                       const array&, const array&, const array&, const array&, const array&,
-                      const array&, bool, const std::vector<std::tuple<int, bool, bool>>&,
-                      const array&>(),
+                      const array&, const array&, bool,
+                      const std::vector<std::tuple<int, bool, bool>>&, const array&>(),
              "dense"_a, "mixed"_a, "sequential"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a,
              "kappas"_a, "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
-             "piecewise"_a, "elements"_a, "reset_shift"_a,
+             "damping"_a, "piecewise"_a, "elements"_a, "reset_shift"_a,
              nb::sig("def __init__(self, *, dense: bool, mixed: bool, sequential: bool, "
                      "degrees: int, columns: numpy.typing.NDArray[numpy.float64], "
                      "varied: dict[str, dict[int, int]], "
@@ -277,7 +279,8 @@ void bind_batch(nb::module_& m) {
                      "impulse: numpy.typing.NDArray[numpy.float64], "
                      "mobility: numpy.typing.NDArray[numpy.float64], "
                      "shift: numpy.typing.NDArray[numpy.float64], "
-                     "restitution: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
+                     "restitution: numpy.typing.NDArray[numpy.float64], "
+                     "damping: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
                      "elements: list[tuple[int, bool, bool]], "
                      "reset_shift: numpy.typing.NDArray[numpy.float64]) -> None"))
         .def("add_mode", &batch::add_mode, "code"_a, "varied"_a, "flow"_a, "rows"_a, "gains"_a,

@@ -29,6 +29,11 @@ public:
     void rows(const char* name, const vi::row_list&, int most) const {
         to_[name] = nb::make_tuple("rows", most);
     }
+    void of_rows(const char* name, const double*, const vi::row_list&, double least,
+                 double most) const {
+        to_[name] = nb::make_tuple("of_rows", least, most);
+    }
+    void velocities(const vi::row_list&) const {}
 
 private:
     nb::dict& to_;
@@ -70,22 +75,53 @@ public:
         if (stop != "A" && stop != "B") refuse(name, "must be A or B");
         value = stop == "A" ? vi::upper_side : vi::lower_side;
     }
-    // An empty row stands for a row for every coordinate.
+    // An empty row stands for a row for every coordinate; what a row does not give is zero.
     void rows(const char* name, vi::row_list& rows, int most) const {
-        const auto n = static_cast<std::size_t>(to_.view.degrees);
+        const std::size_t n = degrees(), width = 3 * n;
         std::vector<double> out;
         for (nb::handle one : from_[name]) {
             const auto row = nb::cast<std::vector<double>>(one);
-            if (!row.empty() && row.size() != n) refuse(name, "one number per coordinate, or none");
-            for (std::size_t i = 0; row.empty() && i < n * n; ++i)
-                out.push_back(i % (n + 1) == 0 ? 1.0 : 0.0);
+            if (row.size() % n != 0 || row.size() > width)
+                refuse(name, "numbers for (x), (x, v) or (x, v, a), or none");
+            if (row.empty()) add_units(0, out);
             out.insert(out.end(), row.begin(), row.end());
+            out.resize((out.size() + width - 1) / width * width);
         }
-        if (out.size() > n * static_cast<std::size_t>(most)) refuse(name, "too many");
-        rows = {to_.keep(out.data(), out.size()), static_cast<long long>(out.size() / n)};
+        if (out.size() > width * static_cast<std::size_t>(most)) refuse(name, "too many");
+        keep(out, rows);
+    }
+    // One for each row; of a row for every coordinate, as often.
+    void of_rows(const char* name, const double*& numbers, const vi::row_list& rows, double least,
+                 double most) const {
+        std::vector<double> out;
+        std::size_t i = 0;
+        for (nb::handle one : from_["rows"]) {
+            const double x = nb::cast<double>(from_[name][nb::int_(i++)]);
+            if (!(x >= least && x <= most)) refuse(name, "out of range");
+            out.insert(out.end(), nb::len(one) ? 1 : degrees(), x);
+        }
+        if (out.size() != static_cast<std::size_t>(rows.count)) refuse(name, "one for each row");
+        numbers = to_.keep(out.data(), out.size());
+    }
+    void velocities(vi::row_list& rows) const {
+        std::vector<double> out;
+        add_units(degrees(), out);
+        keep(out, rows);
     }
 
 private:
+    std::size_t degrees() const { return static_cast<std::size_t>(to_.view.degrees); }
+    // A row with a one for each coordinate, behind so many numbers.
+    void add_units(std::size_t behind, std::vector<double>& out) const {
+        for (std::size_t i = 0; i < degrees(); ++i) {
+            out.resize(out.size() + 3 * degrees());
+            out[out.size() - 3 * degrees() + behind + i] = 1.0;
+        }
+    }
+    void keep(const std::vector<double>& out, vi::row_list& rows) const {
+        rows = {to_.keep(out.data(), out.size()),
+                static_cast<long long>(out.size() / (3 * degrees()))};
+    }
     [[noreturn]] static void refuse(const char* name, const char* why) {
         throw std::invalid_argument(std::string(name) + ": " + why + ".");
     }

@@ -144,6 +144,14 @@ def share(name: str, value: Any) -> float:
     return number
 
 
+def in_range(name: str, value: Any, least: float, most: float) -> float:
+    """Return value as a float in [least, most], or raise naming the parameter."""
+    number = real(name, value, f"in [{least:g}, {most:g}]")
+    if not least <= number <= most:
+        raise refusal(name, value, f"in [{least:g}, {most:g}]")
+    return number
+
+
 def check_count(name: str, value: object, least: int, most: int = LARGEST_COUNT) -> None:
     """Refuse a count that is not an integer, too small or too large."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:

@@ -164,6 +164,7 @@ def stacks_of(
         "restitution": stack(
             [(law.restitution_lower, law.restitution_upper) for law in laws], contacts, 2
         ),
+        "damping": stack(m.damping, m.degrees, m.degrees),
         "reset_shift": stack([shift for _, shift in hybrid.resets], len(hybrid.resets), size),
     }
     parts = paced_parts(m)

@@ -94,9 +94,8 @@ class Objective:
     Notes
     -----
     A machine costs points x starts x (1 + 2^k) x (settle_periods + periods) forcing periods with k
-    uncertain parameters: about ten milliseconds for an impact damper with the defaults. Measures
-    that no observer of a sweep holds (velocities, accelerations, harmonics) take some milliseconds
-    for each member more, a hundred times as long.
+    uncertain parameters: about ten milliseconds for an impact damper with the defaults, whatever is
+    measured.
 
     Examples
     --------
@@ -369,9 +368,7 @@ class Judge:
         """The population of these machines, its members, and each judge's measure: (k, starts)."""
         population, o = self._population(table), self.objective
         measures = [measure_of(population, judge.objective.measure) for judge in judges]
-        observers = [
-            one for measure in measures for one in measure.observers if not isinstance(one, Final)
-        ]
+        observers = [one for measure in measures for one in measure.observers]
         members = sweep(
             population, over={NUMBER: np.arange(population.count, dtype=float)},
             start=self.starts, observe=[*observers, Final()], settle_periods=o.settle_periods, periods=o.periods,

@@ -24,19 +24,20 @@ from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.machines.json_text import system_of
-from vibroimpact.measures.flights import Dual, Flights, Rows, Signal, derivative, dual, jet, rows_of
+from vibroimpact.measures.flights import Dual, Flights, Rows, Signal, derivative, dual, jet
 from vibroimpact.measures.motions import Motion, flights_of, flights_of_run
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
-from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.simulation.simulate import Run, simulate
+from vibroimpact.simulation.simulate import Run
 from vibroimpact.sweeps.member_status import MemberStatus
+from vibroimpact.sweeps.observers.dashpots import Dashpots
 from vibroimpact.sweeps.observers.dissipation import Dissipation
 from vibroimpact.sweeps.observers.extremes import Extremes
-from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.observers.forces import Forces
+from vibroimpact.sweeps.observers.harmonic import Harmonic as HarmonicObserver
 from vibroimpact.sweeps.observers.impacts import Impacts
+from vibroimpact.sweeps.observers.impulse import Impulse as ImpulseObserver
 from vibroimpact.sweeps.observers.observer import ELEMENT, PART, Observer
 from vibroimpact.sweeps.observers.power import Power
 from vibroimpact.sweeps.observers.rms import Rms as RmsObserver
@@ -49,6 +50,7 @@ LETTERS = "xva"  # coordinate, velocity, acceleration: orders 0, 1, 2
 DIMENSIONS = ("length", "velocity", "acceleration")
 TERM = re.compile(r"([+-]?)\s*(?:(\d+\.?\d*|\.\d+)\s*\*?\s*)?([xva])(\d+)\s*")
 DASHPOTS = "dashpots"
+SIGNS = (("+", "_plus_"), ("-", "_minus_"), ("*", "_times_"), (".", "_point_"))
 ROWS = '"x1", "v1" or "a1", a difference such as "x2 - x1", or a number for each coordinate'
 
 
@@ -74,7 +76,7 @@ class Measure(ABC):
     system: System | None = field(default=None, kw_only=True, repr=False, compare=False)
 
     DIMENSION: ClassVar[str] = ""
-    OBSERVERS: ClassVar[tuple[Observer, ...]] = (Final(),)  # members go on from their ends
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = ()
 
     @property
     @abstractmethod
@@ -98,23 +100,9 @@ class Measure(ABC):
     def _check(self, m: Mechanism) -> None:  # noqa: B027 - most have nothing to refuse
         """Refuse a mechanism that has no such row or part."""
 
+    @abstractmethod
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
-        """Measure each member of a sweep; by default each is run on from its end."""
-        return _each(members, system, self._continued)
-
-    def _continued(self, system: System, member: xr.Dataset, periods: float) -> float:
-        """Measure the window that follows that of a member."""
-        place, speed, phase = (
-            member[f"final_{name}"].values for name in ("position", "velocity", "phase")
-        )
-        if not np.isfinite([*place, *speed, phase]).all():
-            return math.nan
-        m = mechanism_of(system)
-        span = periods * (2.0 * math.pi / m.omega if m.forces else 1.0)
-        run = simulate(
-            system, State(tuple(place), tuple(speed), float(phase)), t_max=span, impacts=2**40
-        )
-        return float(self._of(flights_of_run(run, span)).value)
+        """Measure each member of a sweep by what the observers hold."""
 
     def of_sweep(self, members: xr.Dataset) -> xr.DataArray:
         """Measure each member of a sweep that has these observers, whatever its motion.
@@ -135,12 +123,6 @@ class Measure(ABC):
         InvalidParameterError
             A dataset without these observers; a system that is code, which no dataset holds: bind
             the measure to it by :func:`measure_of`.
-
-        Notes
-        -----
-        Of velocities, accelerations, harmonics, and of single parts where no observer holds them,
-        each member is run on from its end for as long as it was observed, which takes some
-        milliseconds each; others cost nothing.
         """
         check_kind("members", members, xr.Dataset, "a Dataset, as vi.sweep gives")
         missing = [one for one in self._variables(members) if one not in members]
@@ -192,7 +174,7 @@ class Measure(ABC):
 
     def of_run(self, run: Run, span: float) -> float:
         """Measure a simulated motion from its start to a time that it has reached."""
-        return of_run([self], run, span)[0]
+        return float(self._of(flights_of_run(run, span)).value)
 
     @property
     def _bound(self) -> Mechanism:
@@ -201,12 +183,6 @@ class Measure(ABC):
                 "observers: depend on the system. Bind the measure: vi.measure_of(system, measure)."
             )
         return mechanism_of(self.system)
-
-
-def of_run(measures: Sequence[Measure], run: Run, span: float) -> list[float]:
-    """Several measures of a simulated motion from its start to a time that it has reached."""
-    flights = flights_of_run(run, span)
-    return [float(measure._of(flights).value) for measure in measures]
 
 
 # ---- of a row ------------------------------------------------------------------------------------
@@ -220,7 +196,6 @@ class _OfRow(Measure):
     order: int | None = field(default=None, kw_only=True)
 
     KIND: ClassVar[str] = ""
-    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = None  # of coordinates
 
     def __post_init__(self) -> None:
         order = self.order
@@ -277,26 +252,20 @@ class _OfRow(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Observer of the row; of velocities and the like the state at the end, from which members go on."""
-        if self.OBSERVER is None or self.derivatives:
-            return super().observers
+        """Observer of the row."""
         row = self.coefficients(self._bound)
-        return (self.OBSERVER(row=tuple(row.tolist()), label=self._name),)
+        behind = (0.0,) * (len(row) * self.derivatives)  # (x), (x, v) or (x, v, a)
+        return (self._observer((*behind, *row.tolist())),)
 
-    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
-        if self.OBSERVER is None or self.derivatives:
-            return super()._members(members, system)
-        return self._observed(members)
-
-    def _observed(self, members: xr.Dataset) -> xr.DataArray:
-        """Measure members by what the observer of the row holds."""
-        raise NotImplementedError
+    @abstractmethod
+    def _observer(self, row: tuple[float, ...]) -> Observer:
+        """Observer of a row on the state and the accelerations."""
 
     @property
     def _name(self) -> str:
         """The row as a name of variables of a sweep."""
         text = self.text.replace(" ", "")
-        for sign, word in (("+", "_plus_"), ("-", "_minus_"), ("*", "_times_"), (".", "_point_")):
+        for sign, word in SIGNS:
             text = text.replace(sign, word)
         return text if text.isidentifier() else f"row{text}"
 
@@ -339,9 +308,11 @@ class Amplitude(_OfRow):
     """
 
     KIND: ClassVar[str] = "amplitude"
-    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = Extremes
 
-    def _observed(self, members: xr.Dataset) -> xr.DataArray:
+    def _observer(self, row: tuple[float, ...]) -> Observer:
+        return Extremes(row=row, label=self._name)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return (members[f"{self._name}_largest"] - members[f"{self._name}_smallest"]) / 2.0
 
     def _of(self, flights: Flights) -> Jet:
@@ -354,9 +325,11 @@ class Peak(_OfRow):
     """Largest modulus of a row over the steady motion; with a mean, more than its amplitude."""
 
     KIND: ClassVar[str] = "peak"
-    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = Extremes
 
-    def _observed(self, members: xr.Dataset) -> xr.DataArray:
+    def _observer(self, row: tuple[float, ...]) -> Observer:
+        return Extremes(row=row, label=self._name)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         low, high = (members[f"{self._name}_{end}"] for end in ("smallest", "largest"))
         return abs(low).where(abs(low) > abs(high), abs(high))
 
@@ -374,9 +347,11 @@ class Rms(_OfRow):
     """Root mean square of a row over the steady motion, its mean included."""
 
     KIND: ClassVar[str] = "rms"
-    OBSERVER: ClassVar[type[Extremes] | type[RmsObserver] | None] = RmsObserver
 
-    def _observed(self, members: xr.Dataset) -> xr.DataArray:
+    def _observer(self, row: tuple[float, ...]) -> Observer:
+        return RmsObserver(row=row, label=self._name)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"{self._name}_rms"]
 
     def _of(self, flights: Flights) -> Jet:
@@ -414,6 +389,19 @@ class Harmonic(_OfRow):
             raise InvalidParameterError(
                 "harmonic: is a multiple of the forcing frequency, and there is no forcing."
             )
+
+    @property
+    def _name(self) -> str:
+        text = f"{super()._name}_at_{self.harmonic!r}"
+        for sign, word in SIGNS:
+            text = text.replace(sign, word)
+        return text
+
+    def _observer(self, row: tuple[float, ...]) -> Observer:
+        return HarmonicObserver(row=row, label=self._name, harmonic=self.harmonic)
+
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
+        return members[f"{self._name}_harmonic"]
 
     def _of(self, flights: Flights) -> Jet:
         return self._signal(flights).harmonic(self.harmonic)
@@ -559,30 +547,26 @@ class DissipatedPower(Measure):
 
     @property
     def observers(self) -> tuple[Observer, ...]:
-        """Observers of impacts and elements, or of the final state from which a member is run on."""
-        return self._observers(self._bound)
-
-    def _observers(self, m: Mechanism) -> tuple[Observer, ...]:
-        contacts = len(m.rigid_stops)
+        """Observers of impacts, of elements, or of dashpots."""
+        contacts, elements = len(self._bound.rigid_stops), len(self._bound.switching)
         if isinstance(self.part, str):
-            return (Final(),)
-        if self.part is None:
-            return (*((Power(),) if contacts else ()), *((Dissipation(),) if m.switching else ()))
-        if self.part >= contacts:
-            return (Dissipation(),)
-        return (Power(),) if contacts == 1 else (Final(),)
+            return (Dashpots(),)
+        if self.part is not None:
+            return (Power(),) if self.part < contacts else (Dissipation(),)
+        return (*((Power(),) if contacts else ()), *((Dissipation(),) if elements else ()))
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
         m = mechanism_of(system)
-        kinds = [type(one) for one in self._observers(m)]
-        if Final in kinds:
-            return super()._members(members, system)
-        parts = [members["power"]] if Power in kinds else []
-        if Dissipation in kinds:
-            work = members["work_on_element"]
-            if isinstance(self.part, int):
-                work = work.isel({ELEMENT: [self.part - len(m.rigid_stops)]})
-            parts.append(work.sum(ELEMENT, skipna=False))
+        contacts = len(m.rigid_stops)
+        if isinstance(self.part, str):
+            return members["power_of_dashpots"]
+        if self.part is not None and self.part < contacts:
+            return members["power_of_part"].isel({PART: self.part}, drop=True)
+        if self.part is not None:
+            return members["work_on_element"].isel({ELEMENT: self.part - contacts}, drop=True)
+        parts = [members["power"]] if contacts else []
+        if m.switching:
+            parts.append(members["work_on_element"].sum(ELEMENT, skipna=False))
         return sum(parts[1:], parts[0])
 
     def _of(self, flights: Flights) -> Jet:
@@ -684,6 +668,7 @@ class Impulse(_OfPart):
     """
 
     DIMENSION: ClassVar[str] = "impulse"
+    OBSERVERS: ClassVar[tuple[Observer, ...]] = (ImpulseObserver(),)
 
     @property
     def label(self) -> str:
@@ -698,32 +683,15 @@ class Impulse(_OfPart):
                 f"{len(m.rigid_stops) - 1}. Of a soft stop or friction take ContactForce."
             )
 
-    @property
-    def observers(self) -> tuple[Observer, ...]:
-        """Observer of speeds, where they give the impulses; else of the final state."""
-        return (Speeds(),) if _alike(self._bound) else (Final(),)
-
-    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
-        if not _alike(mechanism_of(system)):
-            return super()._members(members, system)
-        return members["speed_largest"].fillna(0.0) * _per_system(
-            members, system, _impulse_per_speed
+    def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
+        largest = members["impulse_largest"]
+        return (
+            largest.max(PART) if self.part is None else largest.isel({PART: self.part}, drop=True)
         )
 
     def _of(self, flights: Flights) -> Jet:
         impulses = (impulse for impulse, _ in _impacts_at(flights, self.part))
         return max(impulses, key=attrgetter("value"), default=jet(0.0))
-
-
-def _alike(m: Mechanism) -> bool:
-    """Whether every impact is at one contact with one restitution."""
-    return (
-        len(m.rigid_stops) == 1 and not m.switching and len({*m.rigid_stops[0].restitutions}) == 1
-    )
-
-
-def _impulse_per_speed(system: System) -> float:
-    return rows_of(system).impact(0, 1)[0].value
 
 
 @dataclass(frozen=True)
@@ -962,19 +930,3 @@ def _per_system(
         return values[0]
     shaped = np.reshape(values, [len(axis) for axis in axes])
     return xr.DataArray(shaped, dims=names, coords={name: members[name] for name in names})
-
-
-def _each(
-    members: xr.Dataset, system: System, of: Callable[[System, xr.Dataset, float], float]
-) -> xr.DataArray:
-    """Compute a number of each member, one after the other."""
-    like = members["end"]
-    names, periods = _swept(members), float(members.attrs["periods"])
-    system = _held(members, system)
-    found = np.full(like.shape, math.nan)
-    for place in np.ndindex(*like.shape):
-        member = members.isel(dict(zip(like.dims, place, strict=True)))
-        values = {name: float(member[name]) for name in names}
-        if int(member["end"]) == MemberStatus.OK:
-            found[place] = of(with_parameters(system, values), member, periods)
-    return xr.DataArray(found, dims=like.dims, coords=like.coords)

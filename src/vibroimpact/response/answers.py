@@ -24,7 +24,7 @@ from vibroimpact._core.lazy import xr
 from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import Amount, AnyAmount, AnyFloat, Count, Floats, Positive
 from vibroimpact.measures.linear import free_motion
-from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_run, of_same_row
+from vibroimpact.measures.measure import Measure, Peak, Rms, measure_of, of_same_row
 from vibroimpact.measures.motions import Motion
 from vibroimpact.model.mechanism import stop_sizes, with_mass
 from vibroimpact.model.parameters import with_parameter
@@ -33,11 +33,9 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.stability import Stability, in_words
 from vibroimpact.results.result import words_of_codes
 from vibroimpact.simulation.places import AtPhase
-from vibroimpact.simulation.simulate import simulate
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.motion_codes import BELOW, motions
 from vibroimpact.sweeps.observers.extremes import Extremes
-from vibroimpact.sweeps.observers.final import Final
 from vibroimpact.sweeps.observers.observer import Observer
 from vibroimpact.sweeps.starts import Many, RandomStarts
 from vibroimpact.sweeps.sweep import sweep
@@ -208,18 +206,13 @@ class Simulation:
         n = mechanism_of(self.system).degrees
         units = np.eye(n)[:COMPARED_COORDINATES].tolist()
         ranges = [Extremes(row=tuple(row), label=f"range{i}") for i, row in enumerate(units)]
-        return [*OBSERVER_NAMES, *ranges, *(one for one in measured if not isinstance(one, Final))]
+        return [*OBSERVER_NAMES, *ranges, *measured]
 
     @property
     def measures(self) -> tuple[Measure, ...]:
         """The measure, and of a row its rms and peak."""
         others = (of_same_row(self.measure, kind) for kind in (Rms, Peak))
         return self.measure, *(measure_of(self.system, one) for one in others if one)
-
-    @property
-    def observed(self) -> bool:
-        """Whether observers hold all measures."""
-        return not any(isinstance(o, Final) for m in self.measures for o in m.observers)
 
     def _joined(self, value: float, rows: list[_Row]) -> list[Answer]:
         """Answers of the members at one value."""
@@ -245,8 +238,7 @@ class Simulation:
 
     def _answer(self, value: float, group: list[_Row]) -> Answer:
         first = group[0]
-        numbers = first.numbers if self.observed else self._measured(value, first)
-        measured, rms, peak = (*numbers, math.nan, math.nan)[:3]
+        measured, rms, peak = (*first.numbers, math.nan, math.nan)[:3]
         ways = tuple(dict.fromkeys(row.way for row in group))
         stability, attracting = Stability.STABLE, True
         if first.motion == SILENT:
@@ -257,17 +249,6 @@ class Simulation:
             value, measured, first.motion, stability, attracting, rms=rms, peak=peak, members=len(group), ways=ways,
             state=first.state,
         )  # fmt: skip
-
-    def _measured(self, value: float, row: _Row) -> list[float]:
-        """The measures of a motion that is run on, for its own period or for the window."""
-        system = with_parameter(self.system, self.parameter, value)
-        cycles = (
-            self.periods
-            if row.motion in WORDS_WITHOUT_SYMBOL
-            else float(row.motion.partition("-")[0])
-        )
-        span = cycles * 2.0 * math.pi / mechanism_of(system).omega
-        return of_run(self.measures, simulate(system, row.state, t_max=span, impacts=2**40), span)
 
 
 class _Row(NamedTuple):
@@ -289,8 +270,7 @@ def _rows(way: str, members: xr.Dataset, simulation: Simulation) -> Iterator[_Ro
         [members[f"range{i}_{end}"].values for i in range(count)] for end in ("smallest", "largest")
     )
     low, high = (np.stack(end, axis=-1) for end in ends)
-    observed = simulation.measures if simulation.observed else ()
-    columns = [measure.of_sweep(members).values for measure in observed]
+    columns = [measure.of_sweep(members).values for measure in simulation.measures]
     kinds = ("position", "velocity", "phase")
     states = zip(*(members[f"final_{kind}"].values for kind in kinds), strict=True)
     for k, (code, ranges, state) in enumerate(zip(codes.values, high - low, states, strict=True)):

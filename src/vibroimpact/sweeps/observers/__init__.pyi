@@ -1,9 +1,11 @@
 """Written by tools/name_stubs.py."""
 
+from vibroimpact.sweeps.observers.dashpots import Dashpots as Dashpots
 from vibroimpact.sweeps.observers.dissipation import Dissipation as Dissipation
 from vibroimpact.sweeps.observers.extremes import Extremes as Extremes
 from vibroimpact.sweeps.observers.final import Final as Final
 from vibroimpact.sweeps.observers.forces import Forces as Forces
+from vibroimpact.sweeps.observers.harmonic import Harmonic as Harmonic
 from vibroimpact.sweeps.observers.impacts import Impacts as Impacts
 from vibroimpact.sweeps.observers.impulse import Impulse as Impulse
 from vibroimpact.sweeps.observers.lyapunov import Lyapunov as Lyapunov

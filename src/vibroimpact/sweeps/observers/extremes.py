@@ -1,4 +1,4 @@
-"""Extremes: the range of a coordinate."""
+"""Extremes: the range of a coordinate, velocity or acceleration."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ class Extremes(Observer):
     Parameters
     ----------
     row
-        The coordinate is row . x, shape (n,); without a row, each coordinate of the mechanism.
+        What is observed: row . x, shape (n,); row . (x, v), shape (2n,); or row . (x, v, a), shape (3n,),
+        with the accelerations between impacts. Without a row, each coordinate of the mechanism.
     label
         Names the variables: ``<label>_smallest``, ``<label>_largest``.
     """

@@ -11,15 +11,23 @@ from vibroimpact.sweeps.observers.observer import PART, Observer, Variables, rea
 
 @dataclass(frozen=True)
 class Impulse(Observer):
-    """Impulse of every contact and element over the observed time.
+    """Impulse of every contact and element over the observed time, and the largest of an impact.
 
     The integral of its force, with the signs of ``Run.forces``, and of a rigid stop the impulses of
-    its impacts, chatter included. Divided by the observed time it is the mean force.
+    its impacts, chatter included. Divided by the observed time it is the mean force. The largest impulse
+    of one impact has no sign; it is 0 where there was none, as at elements.
     """
 
     name: ClassVar[str] = "impulse"
 
     def variables(self, mechanism: Mechanism) -> Variables:
-        """``impulse`` (..., part)."""
-        text, shape = "impulse of a contact or element", (len(mechanism.elements),)
-        return {"impulse": real("sums", text, dims=(PART,), shape=shape, quantity="impulse")}
+        """``impulse``, ``impulse_largest`` (..., part)."""
+        texts = {
+            "impulse": ("sums", "impulse of a contact or element"),
+            "impulse_largest": ("largest", "largest impulse of an impact at a contact or element"),
+        }
+        shape = (len(mechanism.elements),)
+        return {
+            name: real(table, text, dims=(PART,), shape=shape, quantity="impulse")
+            for name, (table, text) in texts.items()
+        }

@@ -14,7 +14,14 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_count, check_stop_name, refusal, share, vector
+from vibroimpact._core.checks import (
+    check_count,
+    check_stop_name,
+    in_range,
+    refusal,
+    share,
+    vector,
+)
 from vibroimpact._core.checks import real as real_number
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.mechanism import Mechanism
@@ -26,6 +33,7 @@ LARGEST = float(np.finfo(float).max)
 FINITE, AMOUNT, EXPONENTS = (-LARGEST, LARGEST), (0.0, LARGEST), (-math.inf, LARGEST)  # ranges
 ANY = (-math.inf, math.inf)  # of a state that may have diverged
 ROWS = "rows"  # the option of observers that can be there several times in one run
+OF_ROWS = "of_rows"  # kind of options that have a value for each of these rows
 
 KERNEL = _kernel.observers()  # by name: options with their kinds and ranges, tables
 
@@ -49,6 +57,8 @@ class Observer(ABC):
                 object.__setattr__(self, name, real_number(name, getattr(self, name)))
             elif kind == "stop":
                 check_stop_name(getattr(self, name))
+            elif kind == OF_ROWS:
+                object.__setattr__(self, name, in_range(name, getattr(self, name), *limits))
             else:
                 object.__setattr__(self, "row", _row(self.row, self.label))
         _check_own_label(self.label)
@@ -88,6 +98,14 @@ class Variable(NamedTuple):
 Variables = dict[str, Variable]
 
 
+def need_forcing(observer: Observer, mechanism: Mechanism, why: str) -> None:
+    """Refuse a mechanism without forcing."""
+    if not mechanism.forces:
+        raise InvalidParameterError(
+            f"observe = {type(observer).__name__}: the system has no forcing, so that {why}"
+        )
+
+
 def check_label(label: Any) -> None:
     """Refuse what cannot be a part of a variable's name."""
     if not isinstance(label, str) or not label.isidentifier():
@@ -106,11 +124,13 @@ def labelled(name: str, label: str) -> str:
 
 
 def _row(row: Any, label: Any) -> tuple[float, ...]:
-    """A row on the coordinates, which has a name; none: each coordinate."""
+    """A row on the state and the accelerations, which has a name; none: each coordinate."""
     check_label(label)
     numbers = vector("row", row)
     if numbers and not any(numbers):
-        raise InvalidParameterError("row = 0: must involve a coordinate.")
+        raise InvalidParameterError(
+            "row = 0: must involve a position, a velocity or an acceleration."
+        )
     if not numbers and label != "x":
         raise InvalidParameterError(f"label = {label!r}: give the row that it names.")
     return numbers

@@ -1,4 +1,4 @@
-"""Rms: averages of a coordinate."""
+"""Rms: averages of a coordinate, velocity or acceleration."""
 
 from __future__ import annotations
 

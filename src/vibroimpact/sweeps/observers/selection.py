@@ -111,7 +111,10 @@ def kernel_observers(observers: Sequence[Observer]) -> dict[str, Any]:
         own = _options(one)
         own.pop("label", None)
         if _most_rows(one):
-            options.setdefault(one.name, {ROWS: []})[ROWS].append(own["row"])
+            own[ROWS] = own.pop("row")
+            of_rows = options.setdefault(one.name, {name: [] for name in own})
+            for name, value in own.items():
+                of_rows[name].append(value)
         else:
             options[one.name] = own
     return options

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.mechanism import Mechanism
-from vibroimpact.sweeps.observers.observer import Observer, Variables
+from vibroimpact.sweeps.observers.observer import Observer, Variables, need_forcing
 from vibroimpact.sweeps.observers.section_points import STROBE, points_of
 
 
@@ -33,10 +32,6 @@ class Stroboscopic(Observer):
 
     def variables(self, mechanism: Mechanism) -> Variables:
         """States (..., strobe, coordinate), phases and times (..., strobe)."""
-        if not mechanism.forces:
-            raise InvalidParameterError(
-                "observe = Stroboscopic: the system has no forcing, so that no phase repeats. Take "
-                "Section."
-            )
+        need_forcing(self, mechanism, "no phase repeats. Take Section.")
         where = f"at phase {self.phase:g} of the force"
         return points_of(self, self.points, STROBE, where, mechanism)
