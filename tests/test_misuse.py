@@ -44,7 +44,7 @@ RESULTS = {  # made by functions, not by hand
     "Atlas", "Attractor", "BifurcationCurve", "BifurcationPoint",
     "Branch", "Result", "Circle", "CircleBranch", "Diagram",
     "GrazingContact", "InvariantSet", "LyapunovEstimate", "LyapunovSpectrum", "MapDerivative",
-    "NotFound", "Orbit", "OrbitSearch", "ProgressReport", "Run", "Section",
+    "NotFound", "Orbit", "OrbitSearch", "Symmetry", "ProgressReport", "Run", "Section",
     "Tongue",
     "Answer", "Energies", "FreeDecay", "Measure", "RecordResponse", "Response", "ResponseCurve",
     "ResponseSpectrum", "SineSweep", "TunedDamper", "Design", "DesignMap", "ParetoFront",
@@ -362,6 +362,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
             vi.map_derivative, motion | {"impacts": 1, "t_max": 100.0, "directions": np.eye(5)},
         ),
         "symmetric_orbits": (vi.symmetric_orbits, {"system": damper}),
+        "symmetries": (vi.symmetries, {"system": damper}),
         "find_orbit": (
             vi.find_orbit,
             {"system": damper, "guess": closed, "stops": ("A", "B"), "cycles": 1,
@@ -782,7 +783,7 @@ NAMES = [
     "ListedStarts", "simulate", "simulate, no end", "Run.at", "Run.forces", "section",
     "AtStop", "AtPhase", "AtChange", "Section.plot", "classify", "classify_points", "lyapunov_exponent",
     "lyapunov_spectrum", "map_derivative",
-    "symmetric_orbits", "find_orbit", "Guess", "find_orbits", "full_map",
+    "symmetric_orbits", "symmetries", "find_orbit", "Guess", "find_orbits", "full_map",
     "half_map", "impact_map", "stroboscopic_map", "SegmentMap.derivative", "normal_form",
     "find_circle", "find_circle, formula", "CircleGuess", "Circle.at", "Circle.plot",
     "continue_circle", "CircleBranch.__getitem__", "CircleBranch.plot", "switch_circle",
@@ -1209,7 +1210,8 @@ def test_a_damaged_file_of_a_branch_is_refused(
 
 NOT_LONG = {  # end before anybody could press Ctrl-C
     "attractor_state", "classify_points", "full_map", "half_map", "impact_map", "load", "load_machine", "load_start",
-    "map_bifurcation", "measure_of", "normal_form", "save", "stroboscopic_map", "symmetric_orbits", "tuned_damper",
+    "map_bifurcation", "measure_of", "normal_form", "save", "stroboscopic_map", "symmetric_orbits", "symmetries",
+    "tuned_damper",
 }  # fmt: skip
 LONG_FUNCTIONS = sorted(
     name for name in vi.__all__ if inspect.isfunction(getattr(vi, name)) and name not in NOT_LONG

@@ -69,6 +69,8 @@ from vibroimpact.model.hybrid_system import Transition as Transition
 from vibroimpact.model.mechanism import Mechanism as Mechanism
 from vibroimpact.model.parameters import Family as Family
 from vibroimpact.model.state import State as State
+from vibroimpact.model.symmetries import Symmetry as Symmetry
+from vibroimpact.model.symmetries import symmetries as symmetries
 from vibroimpact.normal_forms import ExplicitMap as ExplicitMap
 from vibroimpact.normal_forms import normal_form as normal_form
 from vibroimpact.orbits.find import Guess as Guess

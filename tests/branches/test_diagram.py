@@ -14,9 +14,9 @@ from vibroimpact.branches.diagram import (
     branch_diagram,
 )
 from vibroimpact.branches.same_orbit import (
+    image,
     junction_of,
     loop_of,
-    mirrored,
     orbits_at,
     primitive_loop,
     same_branch,
@@ -132,9 +132,10 @@ def test_an_orbit_is_itself_wherever_it_begins_and_in_the_mirror(diagram: Diagra
     loop, mechanism = loop_of(orbit), orbit.mechanism
     for count in range(1, len(loop.impacts)):
         assert same_loop(loop, loop_of(rotated(orbit, count)), mechanism, CLOSE) == "same"
-    image = mirrored(loop)
-    assert same_loop(loop, image, mechanism, CLOSE) == "mirror image"
-    assert same_loop(loop, mirrored(image), mechanism, CLOSE) == "same"
+    (mirror,) = vi.symmetries(mechanism)
+    other = image(loop, mirror)
+    assert same_loop(loop, other, mechanism, CLOSE) == "mirror image"
+    assert same_loop(loop, image(other, mirror), mechanism, CLOSE) == "same"
     moved = loop._replace(states=loop.states * (1.0 + 1e-6))
     assert not same_loop(loop, moved, mechanism, CLOSE)
 
@@ -142,11 +143,11 @@ def test_an_orbit_is_itself_wherever_it_begins_and_in_the_mirror(diagram: Diagra
 def test_the_mirror_image_of_an_orbit_is_an_orbit(diagram: Diagram) -> None:
     """What the comparison takes for an orbit solves the equations."""
     orbit = diagram.branches[1].orbit(len(diagram.branches[1]) // 2)
-    image = mirrored(loop_of(orbit))
-    guess = unfolded(orbit)._replace(states=image.states)
-    found = solve(orbit.system, Signature(image.impacts, 1), guess)
+    other = image(loop_of(orbit), vi.symmetries(orbit.system)[0])
+    guess = unfolded(orbit)._replace(states=other.states)
+    found = solve(orbit.system, Signature(other.impacts, 1), guess)
     assert found.converged
-    np.testing.assert_allclose(found.states, image.states, rtol=CLOSE)
+    np.testing.assert_allclose(found.states, other.states, rtol=CLOSE)
 
 
 def test_an_asymmetric_system_has_no_mirror_images() -> None:
@@ -156,7 +157,8 @@ def test_an_asymmetric_system_has_no_mirror_images() -> None:
     )  # fmt: skip
     loop = loop_of(vi.continue_orbit(vi.symmetric_orbits(SET_A)[0], "omega", (0.74, 0.76)).orbit(0))
     unlike = loop._replace(impacts=loop.impacts[:1], states=loop.states[:1])
-    assert not same_loop(unlike, mirrored(unlike), wall, CLOSE)
+    assert not vi.symmetries(wall)
+    assert not same_loop(unlike, image(unlike, vi.symmetries(SET_A)[0]), wall, CLOSE)
 
 
 def test_a_doubled_orbit_at_its_birth_goes_around_the_simple_one(diagram: Diagram) -> None:

@@ -17,7 +17,7 @@ import vibroimpact as vi
 from vibroimpact.cli import main as cli
 from vibroimpact.model.stop import Stop
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, primitive, unfolded
-from vibroimpact.orbits.mirror_images import mirror_image
+from vibroimpact.orbits.mirror_images import image_of
 from vibroimpact.orbits.near_returns import KnownLoops, beginnings
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import Signature
@@ -85,8 +85,9 @@ def test_both_closed_form_orbits_are_in_the_list() -> None:
 
 def test_every_orbit_of_a_symmetric_system_has_its_mirror_image() -> None:
     search = found()
+    (mirror,) = vi.symmetries(search.orbits[0].system)
     for orbit, of in zip(search.orbits, search.mirror_of, strict=True):
-        image = mirror_image(orbit, math.pi)
+        image = image_of(orbit, mirror)
         matches = [k for k, other in enumerate(search.orbits) if same(image, other, 1e-5)]
         assert len(matches) == 1
         assert (search.orbits[matches[0]] is orbit) == orbit.symmetric

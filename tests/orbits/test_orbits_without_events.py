@@ -96,7 +96,7 @@ def test_a_machine_that_always_slips_has_the_response_of_its_linear_mode() -> No
     assert orbit.admissible
     slower = vi.continue_orbit(orbit, "elements[0].belt_speed", (1.0, 6.0))
     # slip ends to be of one sign where the largest speed is the belt's
-    assert slower["GR1"].parameter == pytest.approx(0.8 * abs(amplitude), abs=1e-12)
+    assert slower["GS1"].parameter == pytest.approx(0.8 * abs(amplitude), abs=1e-12)
 
 
 def test_a_search_lists_the_linear_response_beside_orbits_with_impacts() -> None:

@@ -29,7 +29,7 @@ import vibroimpact as vi
 from vibroimpact.orbits.find import (
     SAME_ORBIT_RELATIVE,
     Guess,
-    mirror_distance,
+    nearest_symmetry,
     primitive,
     solve,
     unfolded,
@@ -363,6 +363,6 @@ def test_a_coordinate_at_rest_does_not_hide_how_far_a_loop_is_from_its_image() -
     assert orbit.symbol == "1-1-1"
     assert not orbit.states[:, [1, 3]].any()
     loop = Guess(orbit.states, orbit.durations)
-    assert mirror_distance(pair, orbit.signature, loop) < 1e-9
+    assert nearest_symmetry(pair, orbit.signature, loop)[0] < 1e-9
     loop.states[0, 2] *= 1.5
-    assert mirror_distance(pair, orbit.signature, loop) == pytest.approx(1.0 / 3.0)
+    assert nearest_symmetry(pair, orbit.signature, loop)[0] == pytest.approx(1.0 / 3.0)

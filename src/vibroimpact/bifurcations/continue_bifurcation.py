@@ -349,14 +349,22 @@ def _condition(
             f"point = {point.label}: a flight of the orbit vanishes there, and its equations are singular. "
             f"Take the same touch of the orbits without that flight: switch_branch(point), then its {kind.label}."
         )
-    own = kind == (point.curve or point.record)
-    test = point.problem.condition.own if point.curve else point.test
-    found = condition_of(kind, plane, point.nearest, test if own else "")
+    found = condition_of(kind, plane, point.nearest, _test_of(kind, point))
     if found is None:
         raise InvalidParameterError(
             f"point = {point.label}: no curve of kind {kind.label} starts there."
         )
     return found
+
+
+def _test_of(kind: PointKind, point: BifurcationPoint) -> str:
+    """Test function that is zero on the curve of a kind through a point; empty where a stop is touched."""
+    if kind == point.curve:
+        own: str = point.problem.condition.own
+        return own
+    if kind.test:
+        return f"{kind.test} {point.segment}" if point.segment >= 0 else ""
+    return "" if point.nearest else point.test
 
 
 def names_of_two(parameters: Any) -> tuple[str, str]:

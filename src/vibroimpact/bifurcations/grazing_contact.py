@@ -456,5 +456,7 @@ def free_gap_rate(plane: OrbitPlane, z: Floats, a: Pair, across: int) -> float:
     later = -durations[0] * float(compiled.omega_orders[1]) / compiled.omega  # dT / da
     forced = flight[:, -1] + flight[:, -2] * later
     own, gap = plane.kept[:-1], parts.gap_by[0]  # but for the phase
-    moved = np.linalg.solve(flight[own][:, own] - np.diag(plane.mirror[:-1]), -forced[own])
+    moved = np.linalg.solve(
+        flight[own][:, own] - plane.reflected(np.eye(plane.size))[:-1, :-1], -forced[own]
+    )
     return -stop.side * float(gap[own] @ moved + gap[-2] * later + gap[-1])

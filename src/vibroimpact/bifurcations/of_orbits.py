@@ -15,7 +15,7 @@ from vibroimpact.compile.along import Along
 from vibroimpact.compile.prescribed import Prescribed
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
-from vibroimpact.orbits.find import later, mirrored
+from vibroimpact.orbits.find import later
 from vibroimpact.orbits.newton import rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, Signature, Value, latest
@@ -69,7 +69,7 @@ class OrbitPlane(OrbitFamily):
     def _closing(self) -> Floats:
         m, q = len(self.impacts), self.size
         marks = np.zeros((m, q + 1, m, q + 1))
-        marks[-1, :q, 0, :q] = np.diag(self.mirror)
+        marks[-1, :q, 0, :q] = self.reflected(np.eye(q))
         return marks.reshape(m * (q + 1), m * (q + 1))
 
     def by_second(self, a: Pair) -> Prescribed:
@@ -147,7 +147,8 @@ class OrbitPlane(OrbitFamily):
         for j, change in enumerate(changes):
             here, times = self.unpacked(z + change)
             back = symmetric and j % 2 == 1
-            states.append(mirrored(here, j * turn) if back else later(here, j * turn))
+            image = self.symmetry.image if back and self.symmetry else later
+            states.append(image(here, j * turn))
             durations.append(times)
         return self.packed(np.vstack(states), np.concatenate(durations))
 

@@ -207,7 +207,7 @@ def condition_of(
         if isinstance(condition, ClosingRate) and plane.mechanism.forces:
             return condition, AtTouch(plane, condition)
         return condition, nothing
-    if not touch:
+    if not touch or kind.test:
         return None
     graze = Graze(plane, touch)
     return graze, AtTouch(plane, graze) if plane.mechanism.forces else nothing

@@ -39,7 +39,7 @@ from vibroimpact.orbits.find import (
     repeated,
     rotated,
     unfolded,
-    with_mirror,
+    with_image,
 )
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import Flight, OrbitProblem, Signature, without_events
@@ -99,7 +99,8 @@ def _tangent_of(point: BifurcationPoint) -> Guess:
     """Tangent of the branch as changes of states and flight times of all segments."""
     problem = point.orbit.problem
     half = Guess(*problem.unpacked(point.tangent[:-1]))
-    return with_mirror(half, 0.0) if point.orbit.symmetric else half
+    symmetry = point.orbit.problem.symmetry
+    return with_image(half, symmetry.change(half.states)) if symmetry else half
 
 
 def doubled(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
@@ -169,7 +170,7 @@ def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
     flights = list(orbit.signature.flights)
     if flights:
         flights.insert(k, Flight(mode))
-    return _with_mirror(orbit.signature, impacts, flights), guess
+    return _with_image(orbit, impacts, flights), guess
 
 
 def _with_first_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
@@ -179,7 +180,7 @@ def _with_first_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
     inside = compiled.after(orbit.states[0], touch.time, mode)[None]
     flights = [Flight(mode)] if orbit.mechanism.switching else []
     impacts = [Stop(touch.contact, touch.side)]
-    return _with_mirror(orbit.signature, impacts, flights), Guess(inside, orbit.durations)
+    return _with_image(orbit, impacts, flights), Guess(inside, orbit.durations)
 
 
 def _without_events(orbit: Orbit) -> tuple[Signature, Guess, Nearest] | None:
@@ -192,8 +193,10 @@ def _without_events(orbit: Orbit) -> tuple[Signature, Guess, Nearest] | None:
     late = -float(orbit.states[0, -1]) % (2.0 * math.pi) / m.omega  # from the impact to the phase 0
     state = orbit.problem.compiled(orbit.parameter_value).after(orbit.states[0], late, mode)
     touched = known.impacts[0]
-    if known.symmetric and late <= period:  # it is in the second half, its image in the first
-        touched = touched.opposite
+    if (
+        orbit.problem.symmetry and late <= period
+    ):  # it is in the second half, its image in the first
+        touched = orbit.problem.symmetry.stop(touched)
     state[-1] = 0.0
     touch = Nearest(0.0, *touched, 0, -late % period)
     return signature, Guess(state[None], orbit.durations), touch
@@ -219,13 +222,14 @@ def without_impact(orbit: Orbit, segment: int) -> tuple[Signature, Guess, Neares
     if flights:
         del flights[lost - 1]
     touch = Nearest(0.0, touched.contact, touched.side, lost - 1, time)
-    return _with_mirror(turned.signature, impacts, flights), guess, touch
+    return _with_image(turned, impacts, flights), guess, touch
 
 
-def _with_mirror(like: Signature, impacts: list[Stop], flights: list[Flight]) -> Signature:
-    """Signature with these solved impacts, symmetric if the other one is."""
-    mirrored = [stop.opposite for stop in impacts] if like.symmetric else []
-    return replace(like, impacts=(*impacts, *mirrored), flights=tuple(flights))
+def _with_image(like: Orbit, impacts: list[Stop], flights: list[Flight]) -> Signature:
+    """Signature with these solved impacts, symmetric if that of an orbit is."""
+    symmetry = like.problem.symmetry
+    second = map(symmetry.stop, impacts) if symmetry else ()
+    return replace(like.signature, impacts=(*impacts, *second), flights=tuple(flights))
 
 
 def _ordinary(

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from contextlib import suppress
 
+import numpy as np
+
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.compile.prescribed import compile_prescribed
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameter
+from vibroimpact.model.symmetries import SAME
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import asymmetry
+from vibroimpact.orbits.problem import asymmetry, symmetry_of
 
 RANGE_HALVINGS = 50  # a range that is halved so often is no wider than rounding
 
@@ -36,11 +39,22 @@ def check_parameter(orbit: Orbit, parameter: str, bounds: tuple[float, float]) -
     value = parameter_value(orbit.system, parameter)
     for bound in bounds:
         m = _towards(orbit, parameter, value, bound)
-        if m and (why := asymmetry(m, orbit.signature.cycles)):
+        if m and (why := _moved(m, orbit)):
             raise InvalidParameterError(
                 f"parameter = {parameter!r}: breaks the symmetry of the orbit: {why}. Solve for it "
                 "with find_orbit(..., symmetric=False)."
             )
+
+
+def _moved(m: Mechanism, orbit: Orbit) -> str:
+    """Reason why a mechanism does not have the symmetry of an orbit; "" where it has."""
+    if why := asymmetry(m, orbit.signature.cycles):
+        return why
+    own, here = orbit.problem.symmetry, symmetry_of(m, orbit.signature)
+    if own is None or here is None:
+        return "the machine has another symmetry there"
+    apart = np.abs(np.subtract(here.shift, own.shift)).max()
+    return "" if apart <= SAME * np.abs(own.shift).max() else "it moves the centre"
 
 
 def _towards(orbit: Orbit, parameter: str, value: float, bound: float) -> Mechanism | None:

@@ -51,7 +51,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
-from vibroimpact.orbits.find import Guess, later, mirrored, rolled, with_mirror
+from vibroimpact.orbits.find import Guess, later, rolled, with_image
 from vibroimpact.orbits.maps import SegmentMap, map_of
 from vibroimpact.orbits.multipliers import Pencil, PencilOf
 from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
@@ -60,7 +60,7 @@ from vibroimpact.orbits.problem import (
     OrbitProblem,
     Signature,
     Value,
-    asymmetry,
+    images_of,
     latest,
     least_cycles,
 )
@@ -164,20 +164,19 @@ class OrbitFamily(OrbitProblem):
             return np.full((len(z), len(z)), np.nan), np.full(len(z), np.nan)
 
     def images(self, z: Floats, p: Value, along: Floats, near: Floats) -> list[Image]:
-        """Images of an orbit: begun at another impact, mirrored, whole forcing periods later.
-
-        The mirror image, under the symmetry S of problem.py, exists only for symmetric systems.
-        """
+        """Images of an orbit: begun at another impact, under symmetries of the machine, whole forcing periods later."""
         impacts, cycles = self.signature.impacts, self.signature.cycles
-        here, moved = self._around(z, math.pi * cycles), self._around(along, 0.0)
+        here, moved = self._around(z, math.pi * cycles), self._changes_around(along)
         pairs = [(impacts, here.states, moved.states)]
         advance: Floats | float = 0.0
         if self.pivots:
             advance = self.drifts[: self.mechanism.degrees] @ self.progress(z, p)
-        if not asymmetry(self.compiled(p).mechanism, self._cycles):
-            half = math.pi * self._cycles
-            states, changes = mirrored(here.states, half), mirrored(moved.states, 0.0)
-            pairs.append((self.signature.mirrored.impacts, states, changes))
+        for symmetry in images_of(self.compiled(p).mechanism):
+            states, changes = (
+                symmetry.image(here.states, symmetry.turn),
+                symmetry.change(moved.states),
+            )
+            pairs.append((self.signature.image(symmetry).impacts, states, changes))
         return [
             self._begun(
                 k, Guess(states, here.durations), Guess(changes, moved.durations), near, advance
@@ -190,7 +189,12 @@ class OrbitFamily(OrbitProblem):
     def _around(self, z: Floats, turn: float) -> Guess:
         """All segments in z, including the second half of a symmetric orbit."""
         once = Guess(*self.unpacked(z))
-        return with_mirror(once, turn) if self.signature.symmetric else once
+        return with_image(once, self.symmetry.image(once.states, turn)) if self.symmetry else once
+
+    def _changes_around(self, along: Floats) -> Guess:
+        """The same of a direction."""
+        once = Guess(*self.unpacked(along))
+        return with_image(once, self.symmetry.change(once.states)) if self.symmetry else once
 
     def _begun(
         self, k: int, orbit: Guess, along: Guess, near: Floats, advance: Floats | float

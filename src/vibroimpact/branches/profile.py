@@ -10,7 +10,6 @@ import numpy as np
 from vibroimpact._core.checks import check_choice
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.branch import Branch, BranchProfile
-from vibroimpact.orbits.find import mirrored as mirror_of
 
 ONE_PER_ORBIT = ("speed", "clearance", "period")
 
@@ -67,8 +66,9 @@ def _state(branch: Branch, points: BranchProfile, impact: int) -> Floats:
         branch.family.states_at(z, float(p))[impact % solved]
         for z, p in zip(points.z, points.parameter, strict=True)
     ])  # fmt: skip
-    second = signature.symmetric and impact >= solved
-    return mirror_of(states, math.pi * signature.cycles) if second else states
+    symmetry = branch.family.symmetry
+    second = symmetry is not None and impact >= solved
+    return symmetry.image(states, math.pi * signature.cycles) if symmetry and second else states
 
 
 def _of_orbits(branch: Branch, points: BranchProfile, name: str) -> Floats:

@@ -24,11 +24,11 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.stop import Stop
+from vibroimpact.model.symmetries import Symmetry, symmetries_of
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, solve, unfolded
-from vibroimpact.orbits.find import mirrored as mirror_of
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import asymmetry, least_cycles
+from vibroimpact.orbits.problem import images_of
 
 PROBE_SHARES = (0.5, 0.25, 0.75)  # a branch is probed at these shares of its points
 
@@ -79,17 +79,14 @@ def same_loop(first: Loop, second: Loop, mechanism: Mechanism, tolerance: float)
     """Compare two loops: "same", "mirror image" or "" for different ones."""
     if _shifted(first, second, tolerance):
         return "same"
-    symmetric = not asymmetry(mechanism, least_cycles(mechanism))
-    if symmetric and _shifted(first, mirrored(second), tolerance):
-        return "mirror image"
-    return ""
+    images = (image(second, symmetry) for symmetry in images_of(mechanism))
+    return "mirror image" if any(_shifted(first, one, tolerance) for one in images) else ""
 
 
-def mirrored(loop: Loop) -> Loop:
-    """Mirror image of a loop, half a forcing period later."""
-    states = -loop.states
-    states[:, -1] = loop.states[:, -1] + math.pi
-    return Loop(tuple(stop.opposite for stop in loop.impacts), states)
+def image(loop: Loop, symmetry: Symmetry) -> Loop:
+    """Image of a loop under a symmetry."""
+    states = symmetry.image(loop.states, symmetry.turn)
+    return Loop(tuple(map(symmetry.stop, loop.impacts)), states)
 
 
 def _shifted(first: Loop, second: Loop, tolerance: float) -> bool:
@@ -123,10 +120,13 @@ def half_turn(orbit: Orbit) -> int:
     half = len(orbit.durations) // 2
     if orbit.symmetric or 2 * half != len(orbit.durations):
         return 0
-    image = mirror_of(orbit.states[:half], math.pi * orbit.signature.cycles)
-    apart, sizes = np.abs(image - orbit.states[half:]), np.abs(orbit.states[:, :-1]).max(axis=0)
+    sizes = np.abs(orbit.states[:, :-1]).max(axis=0)
     within = SAME_ORBIT_RELATIVE * np.append(np.maximum(sizes, sizes.max()), 2.0 * math.pi)
-    return half if np.all(apart <= within) else 0
+    for symmetry in symmetries_of(orbit.mechanism):
+        later = symmetry.image(orbit.states[:half], math.pi * orbit.signature.cycles)
+        if symmetry.is_involution and np.all(np.abs(later - orbit.states[half:]) <= within):
+            return half
+    return 0
 
 
 def orbits_at(branch: Branch, value: float) -> Iterator[Orbit]:

@@ -15,7 +15,6 @@ from vibroimpact.measures.flights import Flights, Struck, rows_of
 from vibroimpact.measures.linear import FreeMotion
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
-from vibroimpact.orbits.find import mirrored
 from vibroimpact.orbits.newton import rows_of as sizes_of_rows
 from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.orbit import Orbit
@@ -58,10 +57,9 @@ def _of_orbit(orbit: Orbit, parameter: str) -> Flights:
     states, durations, ends, states_by, durations_by, whole, _, chatters = parts
     codes = tuple(end.mode for end in ends)
     within = chatters & [end.watch == GAP_WATCH for end in ends]
-    if signature.symmetric:
-        turn = math.pi * signature.cycles
-        states = np.vstack([states, mirrored(states, turn)])
-        states_by = np.vstack([states_by, mirrored(states_by, 0.0)])
+    if symmetry := orbit.problem.symmetry:
+        states = np.vstack([states, symmetry.image(states, math.pi * signature.cycles)])
+        states_by = np.vstack([states_by, symmetry.change(states_by)])
         durations, durations_by = np.tile(durations, 2), np.tile(durations_by, 2)
         codes *= 2
         whole, within = np.arange(len(durations)), np.tile(within, 2)

@@ -31,6 +31,7 @@ from vibroimpact.compile.prescribed import (
 )
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
+from vibroimpact.model.symmetries import Symmetry
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import (
     ClosingLoop,
@@ -45,9 +46,10 @@ from vibroimpact.orbits.problem import (
     Flight,
     OrbitProblem,
     Signature,
-    asymmetry,
     forcing_repeats,
     least_cycles,
+    mirrors,
+    symmetry_of,
     why_none,
     without_events,
 )
@@ -80,7 +82,7 @@ def find_orbit(
     *,
     stops: Sequence[tuple[int, int] | str] | None = None,
     cycles: int | None = None,
-    symmetric: bool | None = None,
+    symmetric: bool | Symmetry | None = None,
 ) -> Orbit:
     """Find a periodic orbit near a guess.
 
@@ -103,7 +105,8 @@ def find_orbit(
     cycles
         Forcing cycles until the orbit closes, an integer. By default taken from the guess.
     symmetric
-        Solve for an orbit that is its own mirror image. By default if the guess is one.
+        Solve for an orbit that is its own image under a symmetry of the machine half of the cycles later: True for
+        one that fits the stops, or one of :func:`symmetries`. By default if the guess is such an orbit.
 
     Returns
     -------
@@ -135,7 +138,7 @@ def find_orbit(
     sequence = None if stops is None else stops_of(stops)
     if cycles is not None:
         check_count("cycles", cycles, 0)
-    if symmetric is not None:
+    if symmetric is not None and not isinstance(symmetric, Symmetry):
         check_flag("symmetric", symmetric)
     check_prescribed(system, mechanism_of(system))
     if sequence == ():
@@ -150,10 +153,13 @@ def find_orbit(
     if sequence is None:
         raise InvalidParameterError("stops = None: states alone do not determine them. Give stops.")
     whole = cycles if cycles is not None else cycles_of(system, float(np.sum(guess.durations)))
-    return solve(system, Signature(sequence, whole, bool(symmetric)), _unwound(guess, whole))
+    signature = _named(system, Signature(sequence, whole), symmetric)
+    return solve(system, signature, _unwound(guess, whole))
 
 
-def _eventless(system: System, guess: Any, cycles: int | None, symmetric: bool | None) -> Orbit:
+def _eventless(
+    system: System, guess: Any, cycles: int | None, symmetric: bool | Symmetry | None
+) -> Orbit:
     """Orbit without events, in the mode in which a motion is at its end."""
     m = mechanism_of(system)
     if not m.forces:
@@ -171,15 +177,20 @@ def _eventless(system: System, guess: Any, cycles: int | None, symmetric: bool |
     return of_loop(system, found, symmetric)
 
 
-def of_loop(system: System, loop: ClosingLoop, symmetric: bool | None) -> Orbit:
+def of_loop(system: System, loop: ClosingLoop, symmetric: bool | Symmetry | None) -> Orbit:
     """Orbit from a loop, symmetric only if it is said to be."""
-    signature = Signature(loop.impacts, loop.cycles, bool(symmetric), loop.flights)
+    signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
     guess = Guess(loop.states, loop.durations)
     if signature.eventless:
         signature = without_events(
-            mechanism_of(system), loop.flights[0].mode, loop.cycles, symmetric
+            mechanism_of(system),
+            loop.flights[0].mode,
+            loop.cycles,
+            None if symmetric is None else bool(symmetric),
         )
         guess = Guess(guess.states, guess.durations / len(signature.impacts))
+    else:
+        signature = _named(system, signature, symmetric)
     return solve(system, signature, _unwound(guess, loop.cycles))
 
 
@@ -229,7 +240,7 @@ def _from_orbit(
     guess: Orbit,
     sequence: tuple[Stop, ...] | None,
     cycles: int | None,
-    symmetric: bool | None,
+    symmetric: bool | Symmetry | None,
 ) -> Orbit:
     known = guess.signature
     impacts = known.impacts if sequence is None else sequence
@@ -242,8 +253,9 @@ def _from_orbit(
         known,
         impacts=impacts,
         cycles=known.cycles if cycles is None else cycles,
-        symmetric=guess.symmetric if symmetric is None else symmetric,
     )
+    if symmetric is not None:
+        signature = _named(system, replace(signature, symmetric=False, exchange=()), symmetric)
     return solve(system, signature, unfolded(guess))
 
 
@@ -262,21 +274,15 @@ def converged(orbit: Any) -> Orbit:
 
 def unfolded(orbit: Orbit) -> Guess:
     """All segments of an orbit, including the second half of a symmetric one."""
-    half = Guess(orbit.states, orbit.durations)
-    return with_mirror(half, math.pi * orbit.signature.cycles) if orbit.symmetric else half
+    half, symmetry = Guess(orbit.states, orbit.durations), orbit.problem.symmetry
+    if symmetry is None:
+        return half
+    return with_image(half, symmetry.image(half.states, math.pi * orbit.signature.cycles))
 
 
-def with_mirror(half: Guess, turn: float) -> Guess:
-    """The first half of a symmetric loop and its mirror image."""
-    states = np.vstack([half.states, mirrored(half.states, turn)])
-    return Guess(states, np.tile(half.durations, 2))
-
-
-def mirrored(states: Floats, turn: float) -> Floats:
-    """Mirror images (-x, -v, theta + turn) of states (x, v, theta) in rows."""
-    images = -states
-    images[:, -1] = states[:, -1] + turn
-    return images
+def with_image(half: Guess, image: Floats) -> Guess:
+    """The first half of a symmetric loop, or changes of it, and its image."""
+    return Guess(np.vstack([half.states, image]), np.tile(half.durations, 2))
 
 
 def later(states: Floats, turn: float, advance: Floats | float = 0.0) -> Floats:
@@ -354,9 +360,10 @@ def primitive(orbit: Orbit) -> Orbit:
         part, shorter = count // turns[0], signature.part(turns[0])
         orbit = solve(orbit.system, shorter, Guess(guess.states[:part], guess.durations[:part]))
         signature, guess = shorter, unfolded(orbit)
-    if orbit.symmetric or mirror_distance(orbit.system, signature, guess) > SAME_ORBIT_RELATIVE:
+    apart, symmetry = nearest_symmetry(orbit.system, signature, guess)
+    if orbit.symmetric or symmetry is None or apart > SAME_ORBIT_RELATIVE:
         return orbit
-    found = solve(orbit.system, replace(signature, symmetric=True), guess)
+    found = solve(orbit.system, halved(signature, symmetry), guess)
     return found if found.converged else orbit
 
 
@@ -422,7 +429,7 @@ def _from_run(
     run: Run,
     sequence: tuple[Stop, ...] | None,
     cycles: int | None,
-    symmetric: bool | None,
+    symmetric: bool | Symmetry | None,
 ) -> Orbit:
     loop = closing_loop(run, sequence, cycles)
     if isinstance(loop, str):
@@ -455,19 +462,44 @@ def _nothing(
     return Orbit(system, signature, states, np.ones(count), math.inf, status)
 
 
-def mirror_distance(system: System, signature: Signature, guess: Guess) -> float:
-    """Relative distance of a loop from its mirror image; infinite where it has none."""
+def nearest_symmetry(
+    system: System, signature: Signature, guess: Guess
+) -> tuple[float, Symmetry | None]:
+    """Relative distance of a loop from its image half of the cycles later, and under which symmetry it is least.
+
+    Infinite where it has none.
+    """
     half = len(signature.impacts) // 2
-    first, second = signature.impacts[:half], signature.impacts[half:]
-    m = mechanism_of(system)
-    if (
-        not half
-        or second != tuple(stop.opposite for stop in first)
-        or signature.flights
-        or asymmetry(m, signature.cycles)
-    ):
-        return math.inf
-    here, there = guess.states[:half, :-1], guess.states[half : 2 * half, :-1]
+    found: tuple[float, Symmetry | None] = math.inf, None
+    if not half or signature.flights:
+        return found
+    there = guess.states[half : 2 * half, :-1]
     sizes = np.abs(guess.states[:, :-1]).max(axis=0)
     sizes[sizes == 0.0] = 1.0  # of a coordinate that is zero at every impact, as its image is
-    return float((np.abs(here + there).max(axis=0) / sizes).max())
+    first, second = signature.impacts[:half], signature.impacts[half:]
+    for symmetry in mirrors(mechanism_of(system), signature.cycles):
+        if second == tuple(map(symmetry.stop, first)):
+            image = symmetry.image(guess.states[:half], 0.0)[:, :-1]
+            apart = float((np.abs(image - there).max(axis=0) / sizes).max())
+            found = min(found, (apart, symmetry), key=lambda pair: pair[0])
+    return found
+
+
+def _named(system: System, signature: Signature, symmetric: bool | Symmetry | None) -> Signature:
+    """Signature that is solved under a symmetry: the one that is named, or one that fits its impacts."""
+    if not symmetric:
+        return signature
+    if isinstance(symmetric, Symmetry):
+        return halved(signature, symmetric)
+    fits = (
+        found
+        for symmetry in mirrors(mechanism_of(system), signature.cycles)
+        if symmetry_of(mechanism_of(system), found := halved(signature, symmetry))
+    )
+    return next(fits, replace(signature, symmetric=True))
+
+
+def halved(signature: Signature, symmetry: Symmetry) -> Signature:
+    """Signature that is solved as symmetric under a symmetry."""
+    exchange = () if symmetry.is_mirror else symmetry.coordinates
+    return replace(signature, symmetric=True, exchange=exchange)

@@ -28,7 +28,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.prescribed import COASTING_STOP, End, Prescribed, compile_prescribed
 from vibroimpact.model.parameters import parameter_value
-from vibroimpact.orbits.find import converged, later, mirrored, unfolded
+from vibroimpact.orbits.find import converged, later, unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -161,14 +161,17 @@ def map_of(
     first = problem.signature.first
     left_out = compiled.solved_coordinate(first)
     kept = tuple(i for i in _measured(problem) if i != left_out)
-    signs = np.ones(len(kept))
-    if problem.signature.symmetric:
-        signs[np.array(kept) < 2 * compiled.degrees] = -1.0
     return SegmentMap(
         compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
         tuple(compiled.stop_numbers(problem.ends)), (compiled.stop_numbers([first])[0], left_out),
-        kept, kept, signs, np.zeros(4), relative=_relative(problem),
+        kept, *_image_of(problem, kept), np.zeros(4), relative=_relative(problem),
     )  # fmt: skip
+
+
+def _image_of(problem: OrbitProblem, kept: tuple[int, ...]) -> tuple[tuple[int, ...], Floats]:
+    """Entries of (x, v, theta) at the end of the solved map whose images are those that are kept, and their signs."""
+    at = [problem.kept.index(i) for i in kept]
+    return tuple(problem.kept[j] for j in problem.source[at]), problem.signs[at]
 
 
 def impact_map(orbit: Orbit, impact: int = 0, parameter: str = "") -> SegmentMap:
@@ -223,7 +226,7 @@ def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> Se
     """
     compiled, problem = _compiled(orbit, parameter), orbit.problem
     turn = float(problem.turn[-1])
-    image = mirrored if orbit.symmetric else later
+    image = problem.symmetry.image if problem.symmetry else later
     states = np.vstack([orbit.states, image(orbit.states, turn)])
     durations = np.tile(orbit.durations, 2)
     ends = (replace(orbit.signature, symmetric=False).ends * 2)[: len(durations)]
@@ -242,8 +245,8 @@ def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> Se
     c = (turn / omega).coefficients
     return SegmentMap(
         compiled, np.ascontiguousarray(states[[*flown, last]]), np.append(durations[flown], time),
-        (*compiled.stop_numbers(ends[k] for k in flown), COASTING_STOP), (COASTING_STOP, 0), kept, kept,
-        problem.mirror[: len(kept)].copy(), np.array([c[0], c[1], c[3], c[7]]),
+        (*compiled.stop_numbers(ends[k] for k in flown), COASTING_STOP), (COASTING_STOP, 0), kept,
+        *_image_of(problem, kept), np.array([c[0], c[1], c[3], c[7]]),
         compiled.mode_number(ends[segment].mode), _relative(problem),
     )  # fmt: skip
 

@@ -1,22 +1,25 @@
-"""Mirror images of orbits of systems with the symmetry (x, v) -> (-x, -v), theta -> theta + turn.
+"""Images of orbits under the symmetries of their machine.
 
-Method      Without elements the image has the opposite stops, and is solved for from the mirrored states
-            (find.py). With elements its flights are read off the motion from a mirrored state, over
-            MIRRORED_PERIODS; whether the elements have the symmetry is not checked: the orbit found must have
-            the mirrored state, within SAME_ORBIT_RELATIVE.
+Method      Without elements the image has the images of the stops, and is solved for from those of the states
+            (find.py). With elements its flights are read off the motion from the image of a state, over
+            MIRRORED_PERIODS; the orbit found must have that state, within SAME_ORBIT_RELATIVE. Where elements are not
+            understood (model/symmetries.py), (x, v) -> (-x, -v) is tried if stops and forces have it.
 Fails       None, where the image is no orbit, or the motion leaves it within a period
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
+from vibroimpact._core.types import Floats
 from vibroimpact.model.state import State
+from vibroimpact.model.symmetries import Symmetry, symmetries_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import closing_loop
-from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, mirrored, solve
+from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, primitive, solve, unfolded
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import Signature, asymmetry_without_elements
 from vibroimpact.simulation.simulate import simulate
@@ -25,26 +28,34 @@ from vibroimpact.simulation.simulate import simulate
 MIRRORED_PERIODS = 2.5
 
 
-def mirror_turn(system: System, cycles: int) -> float | None:
-    """Phase shift of the symmetry; None for a system whose stops and forces do not have it."""
+def symmetries_tried(system: System, cycles: int) -> tuple[Symmetry, ...]:
+    """Symmetries of a forced system under which images are looked for."""
     m = mechanism_of(system)
+    found = symmetries_of(m) if m.forces else ()
     halves = [k for k in range(1, cycles + 1, 2) if not asymmetry_without_elements(m, k)]
-    return math.pi * halves[0] if halves else None
+    if halves and not any(symmetry.is_mirror for symmetry in found):
+        signs = (tuple(-(i + 1) for i in range(count)) for count in (m.degrees, len(m.elements)))
+        return (*found, Symmetry(next(signs), (0.0,) * m.degrees, next(signs), math.pi * halves[0]))
+    return found
 
 
-def mirror_image(orbit: Orbit, turn: float) -> Orbit | None:
-    """Mirror image (-x, -v, theta + turn) of an orbit, solved once more."""
+def image_of(orbit: Orbit, symmetry: Symmetry) -> Orbit | None:
+    """Image of an orbit, solved once more."""
+    states = symmetry.image(orbit.states, symmetry.turn)
     if orbit.signature.flights:
-        return _image_by_motion(orbit, turn)
-    image = Guess(mirrored(orbit.states, turn), orbit.durations)
-    found = solve(orbit.system, orbit.signature.mirrored, image)
+        return _image_by_motion(orbit, states[:1])
+    if orbit.symmetric:
+        states = symmetry.image(unfolded(orbit).states, symmetry.turn)
+    signature = replace(orbit.signature.image(symmetry), symmetric=False, exchange=())
+    durations = unfolded(orbit).durations
+    found = primitive(solve(orbit.system, signature, Guess(states, durations)))
     return found if found.converged else None
 
 
-def _image_by_motion(orbit: Orbit, turn: float) -> Orbit | None:
+def _image_by_motion(orbit: Orbit, start_of_image: Floats) -> Orbit | None:
     if not orbit.admissible:
         return None  # no motion follows it
-    (x_v_theta,), n = mirrored(orbit.states[:1], turn), orbit.mechanism.degrees
+    (x_v_theta,), n = start_of_image, orbit.mechanism.degrees
     start = State(tuple(x_v_theta[:n]), tuple(x_v_theta[n:-1]), float(x_v_theta[-1]))
     many = math.ceil(MIRRORED_PERIODS) * (len(orbit.durations) + 1)
     run = simulate(orbit.system, start, impacts=many, t_max=MIRRORED_PERIODS * orbit.period)

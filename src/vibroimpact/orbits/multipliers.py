@@ -114,7 +114,7 @@ class PencilOf:
             gaps[k, free + k] += parts.gap_by[k, time]
             tangent = after_by[k][:, states] @ tangent
             tangent[:, free + k] += after_by[k, :, time]
-        ends = (problem.mirror[:, None] * (problem.relative @ tangent))[kept]
+        ends = problem.reflected(problem.relative @ tangent)[kept]
         rows = np.concatenate([self.sizes[kept], self._guards])
         columns = np.concatenate([self.sizes[kept], self._times])
         scaled = np.vstack([ends, gaps]) / rows[:, None] * columns

@@ -5,9 +5,9 @@ Method      Unknowns are, for every segment k, the state zeta_k = (x, v, theta) 
             in its mode and the impact at its end, if it is one (theory.md, "Periodic orbits"),
                 F(zeta_k, t_k, p) - zeta_(k+1) = 0,    row . y - limit = 0 at its end,          (1)
                 zeta_m = zeta_0 + (0, 0, 2 pi cycles)                                           (2)
-            or, for orbits that the symmetry S: (x, v) -> (-x, -v), theta -> theta + pi maps to
-            themselves, half of the segments and
-                zeta_m = S zeta_0 with theta + pi cycles, cycles odd.                           (3)
+            or, for orbits that a symmetry S: x -> G x + c, theta -> theta + pi cycles of the machine maps to
+            themselves, G a signed permutation and S S the identity (model/symmetries.py), half of the segments and
+                zeta_m = S zeta_0.                                                              (3)
             Along a displacement d that changes nothing (translations.py) and that friction or a dashpot to the
             ground resists, the orbit need not close: with j an entry of d that is 1, in place of (2)
                 (zeta_m - zeta_0)_i - d_i (zeta_m - zeta_0)_j = 0, i other than j;   x_j of zeta_0 = 0;  (4)
@@ -47,6 +47,7 @@ from vibroimpact.compile.prescribed import (
 from vibroimpact.model.mechanism import Mechanism, as_array, symmetric
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
+from vibroimpact.model.symmetries import Symmetry, symmetries_of
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
 
@@ -81,7 +82,9 @@ class Signature:
     cycles
         Periods of the first forcing line until the orbit closes; 0 where there is no forcing.
     symmetric
-        Whether the second half is the mirror image of the first.
+        Whether the second half is the image of the first under a symmetry.
+    exchange
+        Coordinates of the :class:`~vibroimpact.Symmetry`; empty for that which changes the sign of each.
     flights
         :class:`Flight` after each impact; empty for a machine without elements that rests on no
         stop. Where it does, the events are its impacts, the end of chatter and the release, with
@@ -93,6 +96,7 @@ class Signature:
     cycles: Count
     symmetric: bool = False
     flights: tuple[Flight, ...] = ()
+    exchange: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         for name, kind in (("impacts", Stop), ("flights", Flight)):
@@ -131,10 +135,9 @@ class Signature:
         watches = [flight.watch for flight in self.flights or (Flight(0),) * len(self.impacts)]
         return (*watches[-1:], *watches[:-1])
 
-    @property
-    def mirrored(self) -> Signature:
-        """Signature of the mirror image, of a machine without elements."""
-        return replace(self, impacts=tuple(s.opposite for s in self.impacts))
+    def image(self, symmetry: Symmetry) -> Signature:
+        """Signature of the image under a symmetry, of a machine without elements."""
+        return replace(self, impacts=tuple(symmetry.stop(s) for s in self.impacts))
 
     def rolled(self, count: int) -> Signature:
         """Signature that begins so many impacts later."""
@@ -167,7 +170,7 @@ def without_events(m: Mechanism, mode: int, cycles: int, symmetric: bool | None)
     By default (``symmetric`` None) it is one where the machine has the symmetry and the mode has no elements.
     """
     if symmetric is None:
-        symmetric = not mode and not m.switching and not asymmetry(m, cycles)
+        symmetric = not mode and any(symmetry.is_mirror for symmetry in mirrors(m, cycles))
     sides = (1, -1) if symmetric else (1,)
     flights = tuple(Flight(mode, PHASE_WATCH) for _ in sides)
     return Signature(tuple(Stop(PHASE, side) for side in sides), cycles, symmetric, flights)
@@ -273,17 +276,58 @@ def least_cycles(m: Mechanism) -> int:
 def _check_symmetry(m: Mechanism, signature: Signature) -> None:
     half = len(signature.impacts) // 2
     first, second = signature.impacts[:half], signature.impacts[half:]
-    if second != tuple(stop.opposite for stop in first):
+    rests = any(flight.watch in (FORCE_WATCH, CHATTER_WATCH) for flight in signature.flights)
+    why = asymmetry(m, signature.cycles) or (rests and RESTS_WHOLE)
+    opposite = second == tuple(stop.opposite for stop in first)
+    if symmetry_of(m, signature) is None and not (why and opposite):
+        exchanged = "stops and sides exchanged" if signature.exchange else "the sides exchanged"
         raise InvalidParameterError(
             f"stops = {signature.impacts}: not symmetric; the second half must be the first with "
-            "the sides exchanged."
+            f"{exchanged}."
         )
-    rests = any(flight.watch in (FORCE_WATCH, CHATTER_WATCH) for flight in signature.flights)
-    if why := asymmetry(m, signature.cycles) or (rests and RESTS_WHOLE):
+    if why:
         raise InvalidParameterError(f"symmetric = True: {why}.")
 
 
+def symmetry_of(m: Mechanism, signature: Signature) -> Symmetry | None:
+    """The symmetry that maps the first half of a sequence to the second one; None where none does."""
+    half = len(signature.impacts) // 2
+    first, second = signature.impacts[:half], signature.impacts[half:]
+    for symmetry in mirrors(m, signature.cycles):
+        named = (
+            symmetry.is_mirror
+            if not signature.exchange
+            else symmetry.coordinates == signature.exchange
+        )
+        if named and second == tuple(map(symmetry.stop, first)):
+            return symmetry
+    return None
+
+
+def images_of(m: Mechanism) -> tuple[Symmetry, ...]:
+    """Symmetries under which orbits of a forced machine have images; none with soft stops and friction."""
+    return symmetries_of(m) if m.forces and not m.switching else ()
+
+
+def mirrors(m: Mechanism, cycles: int) -> tuple[Symmetry, ...]:
+    """Symmetries (3) of a machine without soft stops and friction, that are later by half of the cycles."""
+    ratios = np.array([force.omega / m.omega for force in m.forces])
+    return tuple(
+        symmetry
+        for symmetry in images_of(m)
+        if symmetry.is_involution
+        and np.all(np.cos(ratios * (symmetry.turn - math.pi * cycles)) > 1.0 - WHOLE_RATIO_WITHIN)
+    )
+
+
 def asymmetry(m: Mechanism, cycles: int) -> str:
+    """Reason why no symmetry is later by half of the cycles; "" if one is."""
+    if mirrors(m, cycles):
+        return ""
+    return oddness(m, cycles) or "no symmetry of the machine is later by half of the cycles"
+
+
+def oddness(m: Mechanism, cycles: int) -> str:
     """Reason why (x, v) -> (-x, -v) over half of the cycles is no symmetry; "" if it is one."""
     if m.switching and not any(m.constant_force):
         return "orbits of soft stops and friction are solved as a whole"
@@ -356,6 +400,8 @@ class OrbitProblem:
         the velocities, which follow from the others; ``size`` is their number.
     drifts
         d of (4), shape (size, k) by the unknowns of a state; ``pivots`` are the numbers j.
+    symmetry, source, signs
+        S of (3), None for other orbits; entry k of the image of a change of a state is signs[k] times entry source[k].
     """
 
     system: System
@@ -380,10 +426,16 @@ class OrbitProblem:
         entries = range(2 * n + (1 if self.mechanism.forces else 0))
         self.kept = [i for i in entries if i - n not in massless]
         self.size = len(self.kept)
-        self.mirror = np.ones(self.size)
         self.turn = np.zeros(self.size)
+        self.symmetry, self.source, self.signs = None, np.arange(self.size), np.ones(self.size)
         if self.signature.symmetric:
-            self.mirror[: 2 * n - len(massless)] = -1.0
+            self.symmetry = symmetry_of(self.mechanism, self.signature)
+            assert self.symmetry is not None
+            self.turn[:n] = self.symmetry.shift
+            numbers = np.arange(1, 2 * n + 2)  # of (x, v, theta)
+            image = self.symmetry.change(numbers[None].astype(float))[0, self.kept]
+            self.source = np.searchsorted(self.kept, np.abs(image).astype(int) - 1)
+            self.signs = np.sign(image)
         if self.mechanism.forces:
             share = 0.5 if self.signature.symmetric else 1.0
             self.turn[-1] = 2.0 * math.pi * self.signature.cycles * share
@@ -456,7 +508,7 @@ class OrbitProblem:
 
     def _residual(self, z: Floats, parts: Linearised) -> Floats:
         rows = np.reshape(z, (len(self.impacts), self.size + 1))[:, : self.size]
-        target = np.vstack([rows[1:], self.mirror * rows[0] + self.turn])
+        target = np.vstack([rows[1:], self.reflected(rows[0]) + self.turn])
         moved = parts.after[:, self.kept] - target
         if self.pivots:
             moved[-1] = self.relative @ moved[-1]
@@ -501,7 +553,7 @@ class OrbitProblem:
         of_state = parts.after_by[:, self.kept]
         ks = np.arange(m)
         following = np.tile(np.eye(q), (m, 1, 1))
-        following[-1] = np.diag(self.mirror)
+        following[-1] = self.reflected(np.eye(q))
         matrix = np.zeros((m, q + 1, m, q + 1))
         matrix[ks, :q, ks] = of_state[:, :, columns]
         matrix[ks, q, ks] = parts.gap_by[:, columns]
@@ -513,6 +565,11 @@ class OrbitProblem:
             by_parameter[-1, :q] = self.relative @ by_parameter[-1, :q]
         d = m * (q + 1)
         return self._residual(z, parts), matrix.reshape(d, d), by_parameter.ravel()
+
+    def reflected(self, changes: Floats) -> Floats:
+        """Images under G of changes of a state, its unknowns along the first axis."""
+        signs = self.signs if changes.ndim == 1 else self.signs[:, None]
+        return signs * changes[self.source]
 
     def left_out(self, compiled: Prescribed, end: End | None = None) -> int:
         """Number, among the unknowns of a state, of the one that the section of an event leaves out."""

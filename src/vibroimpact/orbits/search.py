@@ -28,7 +28,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -40,14 +40,15 @@ from vibroimpact.orbits.closing_segment import DRIFTS, ClosingLoop, closing_loop
 from vibroimpact.orbits.find import (
     SAME_ORBIT_RELATIVE,
     Guess,
-    mirror_distance,
+    halved,
+    nearest_symmetry,
     of_loop,
     primitive,
     rolled,
     solve,
     unfolded,
 )
-from vibroimpact.orbits.mirror_images import mirror_image, mirror_turn
+from vibroimpact.orbits.mirror_images import image_of, symmetries_tried
 from vibroimpact.orbits.near_returns import UNPRESCRIBED, KnownLoops, beginnings, loops_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting
@@ -174,7 +175,7 @@ class _Sweep:
     def __post_init__(self) -> None:
         self.tried = KnownLoops(self.starts.widths)
         self.known = KnownLoops(self.starts.widths)
-        self.turn = mirror_turn(self.system, self.cycles)
+        self.symmetries = symmetries_tried(self.system, self.cycles)
 
     def try_closed_forms(self) -> None:
         """Add the symmetric orbits that have closed forms, admissible or not."""
@@ -235,8 +236,9 @@ class _Sweep:
 
     def _signatures(self, signature: Signature, guess: Guess) -> Iterator[Signature]:
         """Signatures to solve for: a symmetric one where it is possible, then the general one."""
-        if math.isfinite(mirror_distance(self.system, signature, guess)):
-            yield replace(signature, symmetric=True)
+        _, symmetry = nearest_symmetry(self.system, signature, guess)
+        if symmetry is not None:
+            yield halved(signature, symmetry)
         yield signature
 
     def _enter(self, orbit: Orbit) -> None:
@@ -256,11 +258,11 @@ class _Sweep:
             self._list_image(orbit)
 
     def _list_image(self, orbit: Orbit) -> None:
-        if self.turn is None:
-            return
-        image = mirror_image(orbit, self.turn)
-        if image is not None and not self._is_known(image):
-            self._list(_from_its_beginning(image), len(self.orbits) - 1)
+        number = len(self.orbits) - 1
+        for symmetry in self.symmetries:
+            image = image_of(orbit, symmetry)
+            if image is not None and not self._is_known(image):
+                self._list(_from_its_beginning(image), number)
 
     def _is_known(self, orbit: Orbit) -> bool:
         """Whether an orbit is listed, or another one of its family with the same impacts."""

@@ -18,7 +18,7 @@ from vibroimpact.design.optimise import Design
 from vibroimpact.design.pareto import ParetoFront
 from vibroimpact.normal_forms.touch import Touch
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import asymmetry, least_cycles
+from vibroimpact.orbits.problem import least_cycles, oddness
 from vibroimpact.orbits.search_result import OrbitSearch
 from vibroimpact.plotting.branches import plot_branches
 from vibroimpact.plotting.curves import plot_curves, plot_tongue
@@ -61,7 +61,7 @@ def _diagram(diagram: Diagram, variable: str = "v1", **options: Any) -> Axes:
         diagram.branches,
         variable=variable,
         stop=family.signature.impacts[0],
-        mirror=not asymmetry(family.mechanism, least_cycles(family.mechanism)),
+        mirror=not oddness(family.mechanism, least_cycles(family.mechanism)),
         attractors=points if points is not None and str(variable) in points else None,
         bounds=diagram.bounds,
         **options,

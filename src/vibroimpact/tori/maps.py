@@ -148,10 +148,16 @@ class SignatureMap:
             by_parameter = np.einsum("nij,nj->ni", jump, by_parameter) + moved
             by_point = jump @ by_point
             states, rates[:, k] = parts.after, stop.side * parts.rate
-        mirror = self.problem.mirror[kept]
-        ends = mirror * states[:, kept] - self.problem.turn[kept]
+        source, mirror = self.problem.source[kept], self.problem.signs[kept]
+        back = self.problem.turn.copy()  # the symmetry is its own inverse, but for the phase
+        back[-1] *= -1.0 if compiled.mechanism.forces else 1.0
+        ends = mirror * states[:, source] + back[kept]
         return Images(
-            ends, mirror[:, None] * by_point[:, kept], mirror * by_parameter[:, kept], spent, rates
+            ends,
+            mirror[:, None] * by_point[:, source],
+            mirror * by_parameter[:, source],
+            spent,
+            rates,
         )
 
     def departures(self, points: Floats, p: float, times: Floats) -> Floats:

@@ -32,7 +32,7 @@ from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.problem import Signature, asymmetry, forcing_repeats
+from vibroimpact.orbits.problem import Signature, forcing_repeats, oddness
 from vibroimpact.simulation.simulate import RunEnd, Status
 from vibroimpact.simulation.simulator import Impacts, Simulator
 from vibroimpact.tori.fourier import values_of
@@ -138,7 +138,7 @@ def signature_of(record: Impacts, m: Mechanism) -> Signature | str:
     symmetric = (
         len(around) % 2 == 0
         and around[half:] == [stop.opposite for stop in around[:half]]
-        and not asymmetry(m, cycles)
+        and not oddness(m, cycles)
     )
     return Signature(tuple(around), cycles, symmetric)
 
