@@ -22,6 +22,7 @@ PARTS = (
     "elements",
     "observers",
     "design",
+    "calls",
 )
 
 

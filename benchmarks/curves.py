@@ -53,9 +53,9 @@ def symmetric() -> vi.Orbit:
     return vi.find_orbit(start(), vi.symmetric_orbits(start())[0])
 
 
-def with_absorbers(degrees: int) -> vi.Mechanism:
-    """The damper with so many coordinates: absorbers on its main mass, each stiffer than the one before."""
-    plain = start().mechanism
+def with_absorbers(machine: vi.ImpactDamper, degrees: int) -> vi.Mechanism:
+    """A damper with so many coordinates: absorbers on its main mass, each stiffer than the one before."""
+    plain = machine.mechanism
     mass, stiffness, damping = np.zeros((3, degrees, degrees))
     pairs = ((mass, plain.mass), (stiffness, plain.stiffness), (damping, plain.damping))
     for whole, part in pairs:
@@ -81,13 +81,19 @@ def with_absorbers(degrees: int) -> vi.Mechanism:
 
 def moving_along(degrees: int) -> vi.Orbit:
     """Orbit of that mechanism, from the symmetric one of the damper, the absorbers moving along."""
-    plain, more = vi.symmetric_orbits(start())[0].state, degrees - 2
-    state = vi.State(
-        (*plain.position, *(plain.position[0],) * more),
-        (*plain.velocity, *(plain.velocity[0],) * more),
-        plain.phase,
+    state = carried(vi.symmetric_orbits(start())[0].state, degrees)
+    system = with_absorbers(start(), degrees)
+    return vi.find_orbit(system, state, stops="AB", cycles=1, symmetric=True)
+
+
+def carried(state: vi.State, degrees: int) -> vi.State:
+    """A state of the damper with absorbers that move as its main mass."""
+    more = degrees - 2
+    return vi.State(
+        (*state.position, *(state.position[0],) * more),
+        (*state.velocity, *(state.velocity[0],) * more),
+        state.phase,
     )
-    return vi.find_orbit(with_absorbers(degrees), state, stops="AB", cycles=1, symmetric=True)
 
 
 def torus_of(orbit: vi.Orbit) -> vi.BifurcationPoint:
