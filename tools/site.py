@@ -31,6 +31,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
+from notebooks import cells
 
 import vibroimpact as vi
 from vibroimpact import plotting
@@ -152,7 +153,7 @@ def link(source: Path, match: re.Match[str]) -> str:
     if file in PAGE_OF:
         return f"[{words}]({PAGE_OF[file]}{place})"
     if file.parent == EXAMPLES:
-        return f"[{words}](examples/{file.stem}.md)"
+        return f"[{words}](examples/{file.stem}.md)"  # a program, or a notebook
     if file.is_relative_to(DOCS):  # a picture
         return f"[{words}]({file.relative_to(DOCS).as_posix()})"
     name = file.relative_to(ROOT).as_posix()
@@ -186,12 +187,23 @@ def write_examples(folder: Path, *, quick: bool) -> None:
             f"```{{literalinclude}} {example.name}.py\n:language: python\n```",
             f"{{download}}`{example.name}.py <{example.name}.py>`",
         )
+    for notebook in sorted(EXAMPLES.glob("*.ipynb")):
+        shutil.copy(notebook, into)
+        write(into / f"{notebook.stem}.md", *notebook_page(notebook))
     write_gallery(
         into,
         "# Examples",
         "Complete programs of 20 to 60 lines: `python examples/NAME.py --out FILE` writes the picture.",
         [Card(e.name, e.title, f"../pictures/example_{e.name}.png", e.phrase) for e in found],
     )
+
+
+def notebook_page(notebook: Path) -> Iterator[str]:
+    """Paragraphs of the page of a notebook: its text and its code, as it is kept."""
+    yield "---\norphan: true\n---"  # docs/notebooks.md leads to it
+    for cell in cells(notebook):
+        yield f"```python\n{cell.source}\n```" if cell.is_code else cell.source
+    yield f"{{download}}`{notebook.name} <{notebook.name}>`"
 
 
 def write_gallery(into: Path, title: str, text: str, cards: Sequence[Card]) -> None:

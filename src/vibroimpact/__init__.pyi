@@ -44,6 +44,7 @@ from vibroimpact.design.optimise import Design as Design
 from vibroimpact.design.optimise import optimise as optimise
 from vibroimpact.design.pareto import ParetoFront as ParetoFront
 from vibroimpact.design.pareto import pareto_front as pareto_front
+from vibroimpact.explorer.widget import Explorer as Explorer
 from vibroimpact.machines.impact_damper import ImpactDamper as ImpactDamper
 from vibroimpact.machines.impact_oscillator import ImpactOscillator as ImpactOscillator
 from vibroimpact.machines.structure import Structure as Structure

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import re
 import shutil
 import subprocess
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,8 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
-from vibroimpact.explorer import page
+from vibroimpact.explorer import page, widget
+from vibroimpact.explorer.link import link_of, read_link
 from vibroimpact.explorer.page_data import catalogue, machine_data, start_of, text_of, values_of
 from vibroimpact.machines.machine import Machine
 from vibroimpact.model.mechanism import stop_sizes
@@ -137,4 +140,52 @@ def test_the_page_runs_from_a_folder_and_takes_clicks_and_links(
     again.reload()
     again.wait_for_function("/teapot/.test(document.getElementById('say').textContent)")
     assert re.search("impact-damper", again.locator("#machine").input_value())
+    assert errors == []
+
+
+HERE_ALONE = "http://localhost:9"  # nobody is asked there
+NOTEBOOK = """<!doctype html><div id="cell"></div><script type="module">
+import widget from "./widget.js";
+const heard = {}, traits = %s;
+const page = Uint8Array.from(atob(%s), (c) => c.charCodeAt(0));
+window.model = {
+  get: (name) => traits[name],
+  set: (name, value) => { traits[name] = value; },
+  save_changes: () => { window.saved = traits.link; },
+  on: (name, f) => { heard[name] = f; },
+  off: (name) => { delete heard[name]; },
+  send: () => heard["msg:custom"]({ link: traits.link }, [new DataView(page.buffer)]),
+  assign: (link) => { traits.link = link; heard["change:link"](); },
+};
+widget.render({ model, el: document.getElementById("cell") });
+</script>"""
+
+
+def test_the_widget_takes_links_and_gives_those_of_the_page(browser: Any) -> None:
+    damper = vi.ImpactDamper(**vi.ImpactDamper.example)
+    link = link_of(replace(damper, omega=0.875), damper.free_start())
+    content = page.page_with({"impact-damper": machine_data(damper)}, "impact-damper").encode()
+    traits = json.dumps({"link": link, "height": 700})
+    notebook = NOTEBOOK % (traits, json.dumps(base64.b64encode(content).decode()))
+    script = Path(widget.__file__).with_name("widget.js")
+    tab, errors = browser.new_page(), list[str]()
+    tab.on("pageerror", lambda error: errors.append(str(error)))
+    tab.route(
+        f"{HERE_ALONE}/", lambda route: route.fulfill(body=notebook, content_type="text/html")
+    )
+    tab.route(f"{HERE_ALONE}/widget.js", lambda route: route.fulfill(path=script))
+    tab.goto(f"{HERE_ALONE}/")
+    field = tab.frame_locator("iframe").locator("#f-omega")
+    tab.wait_for_function("window.saved")
+    assert float(field.input_value()) == 0.875
+    assert read_link(tab.evaluate("window.saved"), damper, damper.free_start()) == (
+        replace(damper, omega=0.875), damper.free_start()
+    )  # fmt: skip
+    field.fill("0.75")
+    field.press("Enter")
+    tab.wait_for_function("/omega=0.75&/.test(window.saved)")
+    start = vi.State((0.5, -0.25), (0.0, 1.0), 0.5)
+    tab.evaluate("link => model.assign(link)", link_of(replace(damper, omega=1.5), start))
+    tab.wait_for_function("/omega=1.5&.*x=0.5,-0.25&v=0,1&phase=0.5/.test(window.saved)")
+    assert float(field.input_value()) == 1.5
     assert errors == []

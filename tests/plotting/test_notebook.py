@@ -13,6 +13,7 @@ from PIL import Image
 
 import vibroimpact as vi
 from tests.support.systems import paper_damper
+from vibroimpact.design.objective import Judge
 
 DAMPER = paper_damper("A", 1.0)
 ORBIT = vi.symmetric_orbits(DAMPER)[0]
@@ -53,6 +54,42 @@ def test_the_table_of_a_run_is_its_frame_shortened_in_the_middle() -> None:
     assert f"<td>{RUN.time[0]:.6g}</td>" in html
     assert f"<td>{RUN.time[-1]:.6g}</td>" in html
     assert f"<td>{RUN.time[6]:.6g}</td>" not in html
+
+
+def no_numbers(*_: object) -> None:
+    raise AssertionError("it computes")
+
+
+def test_a_branch_and_a_curve_have_their_special_points_and_no_normal_form(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    branch = vi.continue_orbit(ORBIT, "omega", (0.99, 1.01), progress=False)
+    point = branch["NS1"]
+    plane, few = ((1.0, 1.01), (4.9, 5.1)), vi.Steps(points=24)
+    curve = vi.continue_bifurcation(
+        point, ("omega", "half_clearance"), plane, steps=few, progress=False
+    )
+    monkeypatch.setattr(type(point), "normal_form", property(no_numbers))
+    html = branch._repr_html_()
+    assert f"<td>{point.parameter:.6g}</td>" in html
+    assert min(picture(html).size) > 100
+    html = curve._repr_html_()
+    assert f"<td>{curve.values[0, 1]:.6g}</td>" in html
+    assert min(picture(html).size) > 100
+
+
+@pytest.mark.slow
+def test_a_design_has_its_parameters_and_simulates_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    objective = vi.Objective("omega", (1.1, 1.2), "x1", points=2, starts=1, periods=5)
+    vary = {"half_clearance": (4.0, 6.0)}
+    best = vi.optimise(DAMPER, vary, objective, budget=32, refine=0, progress=False)
+    repr(best)  # compares it with the machine without impacts
+    for name in ("over_band", "opened"):
+        monkeypatch.setattr(Judge, name, no_numbers)
+    html = best._repr_html_()
+    value = f"{best.parameters['half_clearance']:.6g}"
+    assert f"<td>half_clearance</td>\n      <td>{value}</td>" in html
+    assert min(picture(html).size) > 100
 
 
 def test_text_is_escaped_and_what_cannot_be_drawn_has_its_words() -> None:

@@ -1,6 +1,7 @@
 """What a notebook shows of a machine or a result: its sentence, a small table, a small picture.
 
-Nothing is computed: the table has the first rows of what the result holds, the picture is ``plot()``.
+Nothing is computed: the sentence is the ``repr``, the table has the first and last rows of what the result holds, the
+picture is ``plot()``. Of a design they are its parameters and its search, as its response is computed when it is drawn.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from vibroimpact._core.errors import VibroImpactError
 from vibroimpact._core.lazy import pd
+from vibroimpact.design.optimise import Design
 from vibroimpact.machines.machine import Machine, parameters_of
 from vibroimpact.machines.units import units_of
 from vibroimpact.plotting.mechanism import plot_mechanism
@@ -36,14 +38,18 @@ def html_of(shown: Any) -> str:
 
 
 def _title(shown: Any) -> str:
-    """The class of a machine, whose numbers are in its table; what another thing prints."""
-    return escape(type(shown).__name__ if isinstance(shown, Machine) else str(shown))
+    """The class of a machine, whose numbers are in its table; what is said of another thing without computing."""
+    if isinstance(shown, Machine):
+        return type(shown).__name__
+    return escape(repr(shown) if isinstance(shown, Result) else str(shown))
 
 
 def _table(shown: Any) -> str:
     """Special points of a branch, rows of another result, parameters of a machine."""
     if isinstance(shown, Machine):
         table = _parameters(shown)
+    elif isinstance(shown, Design):
+        table = _best(shown)
     elif isinstance(shown, Result):
         data = shown.to_dataset()
         dim = "special" if data.sizes.get("special", 0) else ""
@@ -68,10 +74,26 @@ def _parameters(machine: Machine) -> pd.DataFrame:
     return pd.DataFrame({"parameter": [*names], "value": values})
 
 
+def _best(design: Design) -> pd.DataFrame:
+    """Name, value, unit of each parameter of a design, and the bound at which it is."""
+    names, at = [*design.parameters], design.at_bounds
+    columns: dict[str, list[Any]] = {"parameter": names}
+    columns["value"] = [*design.parameters.values()]
+    columns["unit"] = [design.units[name] for name in names]
+    columns["at its bound"] = [at.get(name, "") for name in names]
+    return pd.DataFrame({name: column for name, column in columns.items() if any(column)})
+
+
+def _drawn(shown: Any) -> Axes:
+    if isinstance(shown, Design):
+        return shown.plot(what="search")
+    return shown.plot() if isinstance(shown, Result) else plot_mechanism(shown)
+
+
 def _picture(shown: Any, title: str) -> str:
     """The drawing of a machine, the plot of a result; nothing where there is nothing to draw."""
     try:
-        ax: Axes = shown.plot() if isinstance(shown, Result) else plot_mechanism(shown)
+        ax = _drawn(shown)
     except VibroImpactError:
         return ""
     content = base64.b64encode(picture_of(ax, ".png")).decode("ascii")
