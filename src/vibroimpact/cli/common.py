@@ -567,7 +567,7 @@ def add_out(
     """Add the option for output files; ``pages`` are suffixes of reports."""
     parser.set_defaults(suffixes=data + pictures + pages + animations)
     kinds = {
-        "the data": data, "a picture": pictures, "a report": pages, "an animation": animations,
+        "the data": data, "a picture": pictures, "a page": pages, "an animation": animations,
     }  # fmt: skip
     listed = [f"{what} ({', '.join(suffixes)})" for what, suffixes in kinds.items() if suffixes]
     parser.add_argument(

@@ -9,8 +9,9 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.output import Done
 from vibroimpact.machines.toml_file import HybridCase
-from vibroimpact.model.system import mechanism_of
-from vibroimpact.results.files import ANIMATIONS
+from vibroimpact.model.state import State
+from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.results.files import ANIMATIONS, PAGES
 from vibroimpact.simulation.hybrid_run import simulate_hybrid
 from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, RunEnd, simulate
@@ -38,7 +39,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="time shown in the picture, in its units, which are seconds for a [physical] file "
         f"(default: the last {SHOWN_PERIODS} forcing periods)",
     )  # fmt: skip
-    common.add_out(parser, animations=ANIMATIONS)
+    common.add_out(parser, pages=PAGES, animations=ANIMATIONS)
 
 
 def run(arguments: argparse.Namespace) -> Done:
@@ -47,6 +48,8 @@ def run(arguments: argparse.Namespace) -> Done:
     if isinstance(case, HybridCase):
         return _hybrid(arguments, case)
     state = common.start_of(arguments, case)
+    if _wants(arguments, PAGES):
+        _check_page()
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
         goes_on = (RunEnd.EVENTS, *ENDS_QUIETLY)
@@ -66,6 +69,7 @@ def run(arguments: argparse.Namespace) -> Done:
         ],
         motion,
         lambda: _picture(motion, arguments.window),
+        page=lambda: _page(case.system, state),
         animation=lambda suffix: _animation(motion, arguments.window, suffix),
     )
 
@@ -82,7 +86,7 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
             f"{common.option(name)}: a [hybrid] starts as [start] says, has transitions and no impacts, and "
             "is drawn as a whole. Leave it out, or give --t-max."
         )
-    if any(path.suffix.lower() in ANIMATIONS for path in arguments.out):
+    if _wants(arguments, ANIMATIONS + PAGES):
         raise InvalidParameterError(
             "out: a [hybrid] has no masses and stops that could move. Give a picture, .nc or .csv."
         )
@@ -94,6 +98,26 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
         raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
     last = f"ends in {motion.modes[-1]}: {motion.after[-1]}"
     return Done([motion, last], motion, motion.plot)
+
+
+def _wants(arguments: argparse.Namespace, suffixes: tuple[str, ...]) -> bool:
+    return any(path.suffix.lower() in suffixes for path in arguments.out)
+
+
+def _check_page() -> None:
+    """Refuse before the run where the explorer's page is not part of the installation."""
+    from vibroimpact.explorer.page import check_built
+
+    check_built()
+
+
+def _page(system: System, start: State) -> str:
+    """The explorer's page at the machine and start of a run."""
+    from vibroimpact.explorer.page import page_with
+    from vibroimpact.explorer.page_data import machine_data
+
+    data = machine_data(system, start)
+    return page_with({data["name"]: data}, data["name"])
 
 
 def _picture(motion: Run, window: list[float] | None) -> Axes:

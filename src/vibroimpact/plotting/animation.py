@@ -178,13 +178,11 @@ def animate_run(
 
 
 def content_of_animation(animation: FuncAnimation, suffix: str) -> bytes:
-    """Content of a file of an animation: .gif, .mp4 where FFmpeg is installed, or .html."""
+    """Content of a file of an animation: .gif, or .mp4 where FFmpeg is installed."""
     with mpl.rc_context(style.RC), tempfile.TemporaryDirectory() as folder:
-        if suffix == ".html":
-            return animation.to_jshtml().encode()
         if suffix == ".mp4" and not shutil.which("ffmpeg"):
             raise InvalidParameterError(
-                "out: .mp4 needs the program ffmpeg, which is not installed. Write .gif or .html."
+                "out: .mp4 needs the program ffmpeg, which is not installed. Write .gif."
             )
         path, writer = Path(folder) / f"run{suffix}", "ffmpeg" if suffix == ".mp4" else "pillow"
         animation.save(path, writer=writer, dpi=DOTS_PER_INCH)
