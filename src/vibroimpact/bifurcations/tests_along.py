@@ -172,7 +172,9 @@ class AtTouch:
         orbit = self.plane.solution(z, a)
         if not orbit.converged:
             return tests | dict.fromkeys((PUSH, SIDE), math.nan)
-        push, side = touched_map(orbit, place, self.plane.names[0]).conditions()
+        at = touched_map(orbit, place, self.plane.names[0])
+        sizes = self.plane.sizes[[self.plane.kept.index(i) for i in at.kept]]
+        push, side = at.conditions(sizes)
         return tests | {PUSH: push, SIDE: side}
 
     def _place(self, z: Floats, w: Floats) -> Place:

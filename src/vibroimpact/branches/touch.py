@@ -68,13 +68,18 @@ class TouchedMap(NamedTuple):
         """Entries of (x, v, theta) that are coordinates of the map."""
         return list(self.solved.kept_in)
 
-    def conditions(self) -> tuple[float, float]:
-        """gamma_1 and kappa_1 of a unit impulse, the latter times D / (1 + D^2)^(1/2), D = det(I - L): no pole."""
-        moved, gap = self.linear @ self.push[self.kept], self.gap[self.kept]
-        off = np.eye(len(moved)) - self.linear
-        bordered = np.block([[off, moved[:, None]], [gap[None], np.zeros((1, 1))]])
+    def conditions(self, sizes: Floats) -> tuple[float, float]:
+        """gamma_1 and kappa_1 of a unit impulse, the latter times D / (1 + D^2)^(1/2), D = det(I - L): no pole.
+
+        Determinants are those of rows and columns of size one: neither pivots nor rounding depend on units.
+        """
+        linear = self.linear * sizes / sizes[:, None]
+        moved, gap = linear @ (self.push[self.kept] / sizes), self.gap[self.kept] * sizes
+        off = np.eye(len(moved)) - linear
+        row, column = (float(np.abs(part).max()) or 1.0 for part in (gap, moved))
+        bordered = np.block([[off, moved[:, None] / column], [gap[None] / row, np.zeros((1, 1))]])
         whole = math.hypot(1.0, float(np.linalg.det(off)))
-        return float(gap @ moved), -float(np.linalg.det(bordered)) / whole
+        return float(gap @ moved), -float(np.linalg.det(bordered)) / whole * row * column
 
 
 def touched_map(orbit: Orbit, place: Place, parameter: str = "") -> TouchedMap:
