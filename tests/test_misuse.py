@@ -52,6 +52,7 @@ RESULTS = {  # made by functions, not by hand
 ENUMS_AND_ERRORS = {
     "BackendUnavailableError", "ClusterLostError", "InvalidParameterError", "Kind", "RunEnd",
     "Status", "StoreError", "VibroImpactError", "FrictionState", "PhaseSwitchState", "RigidStopState",
+    "ModeSwitchState",
     "SoftStopState",
 }  # fmt: skip
 # What is done as asked, and would take days: 10^12 impacts or motions, none of them recorded.

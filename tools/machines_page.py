@@ -23,7 +23,6 @@ DELAY = "forces with a delay"
 NOISE = "random forces; a given record is simulated by `simulate_record`"
 MANY = "more than 20 coordinates"
 PERIODIC = "coefficients that vary with time"
-HYBRID = "orbits, sweeps and exponents: it is a `HybridSystem`, which has runs"
 
 
 class Model(NamedTuple):
@@ -70,8 +69,8 @@ MODELS = (
     Model("two masses with a unilateral spring (NLvib)", "soft stops"),
     Model("impact metamaterial, a chain", "soft stops"),
     Model("vertical hopper", "soft stops"),
-    Model("rocking block, slender (Hogan)", "modes and guards", lacks=HYBRID),
-    Model("atomic force microscope with a liquid bridge", "modes and guards", lacks=HYBRID),
+    Model("rocking block, slender (Hogan)", "modes and guards"),
+    Model("atomic force microscope with a liquid bridge", "modes and guards"),
     Model("friction oscillator on a belt", "friction", "block-on-belt"),
     Model("two masses with friction (Siconos)", "friction"),
     Model("drill string, stick-slip", "friction", "drill-string"),

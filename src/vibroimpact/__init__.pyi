@@ -56,6 +56,7 @@ from vibroimpact.measures.measure import measure_of as measure_of
 from vibroimpact.model.elements.friction import Friction as Friction
 from vibroimpact.model.elements.friction import FrictionState as FrictionState
 from vibroimpact.model.elements.friction import NormalLoad as NormalLoad
+from vibroimpact.model.elements.mode_switch import ModeSwitchState as ModeSwitchState
 from vibroimpact.model.elements.phase_switch import PhaseSwitch as PhaseSwitch
 from vibroimpact.model.elements.phase_switch import PhaseSwitchState as PhaseSwitchState
 from vibroimpact.model.elements.rigid_stop import RigidStop as RigidStop

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import math
 import os
 import re
 import shlex
@@ -354,15 +355,25 @@ def test_a_relay_in_a_file_switches_at_the_times_of_its_closed_form() -> None:
     assert Path("r.png").stat().st_size > 0
 
 
+def test_a_relay_in_a_file_has_the_orbit_of_its_closed_form(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Twice log 2, from either mode; the orbit is what all other commands start from."""
+    for mode, state in (("on", 1.0), ("off", 2.0)):
+        start = f'[start]\nmode = "{mode}"\nstate = [{state}]\n'
+        Path("relay.toml").write_text(HYBRID + start)
+        assert cli.main(["orbit", "--config", "relay.toml"]) == 0
+        assert f"period {2.0 * math.log(2.0):.6g}" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("text", "arguments", "said"),
     [
         (HYBRID, ["simulate"], "starts in a mode. Give [start]"),
         (HYBRID + IN_ON, ["simulate", "--impacts", "9"], "--impacts: .*no impacts.*--t-max"),
-        (HYBRID + IN_ON, ["simulate", "--omega", "1"], "[hybrid] is no mechanism"),
+        (HYBRID + IN_ON, ["simulate", "--omega", "1"], "--omega: is a parameter of a machine"),
         (HYBRID + IN_ON, ["simulate", "--position", "7"], "--position: a [hybrid] starts as"),
         (HYBRID + IN_ON, ["simulate", "--window", "0", "1"], "--window: .* drawn as a whole"),
-        (HYBRID + IN_ON, ["section"], "[hybrid] is no mechanism. Take vibroimpact simulate"),
         (HYBRID.replace("rising", "up") + IN_ON, ["simulate"], "direction"),
         (HYBRID.replace("row =", "rows =") + IN_ON, ["simulate"], "[hybrid.guards.upper]: .*rows"),
         (HYBRID.replace('to = "on"', 'to = "of"') + IN_ON, ["simulate"], "of"),

@@ -350,7 +350,9 @@ def test_bad_lengths_of_runs_are_refused_by_name(limits: dict[str, Any], message
 
 def test_what_is_no_system_or_state_is_refused() -> None:
     state = vi.State((0.0, 0.0), (0.0, 1.0))
-    with pytest.raises(vi.InvalidParameterError, match="must be a Mechanism or have one"):
+    with pytest.raises(
+        vi.InvalidParameterError, match="must be a Mechanism or HybridSystem, or have one"
+    ):
         vi.simulate("damper", state)  # type: ignore[arg-type]
     with pytest.raises(vi.InvalidParameterError, match="must be a State"):
         vi.simulate(paper_damper("A", 1.2), (0.0, 1.0))  # type: ignore[arg-type]

@@ -36,8 +36,7 @@ class Recorder:
         self.resets = list[Any]()
 
     def add_reset(self, matrix: Any, shift: Any) -> None:
-        assert np.array_equal(matrix, np.eye(len(shift)))
-        self.resets.append(shift)
+        self.resets.append((matrix, shift))
 
     def add_mode(self, **mode: Any) -> None:
         self.modes.append(mode)
@@ -60,7 +59,8 @@ def given_alone(kernel: Recorder) -> dict[str, Any]:
     out |= {"omegas": s["omegas"], "kappas": s["kappas"], "steps": s["step"]}
     out |= {name: [law[i] for law in s["laws"]] for i, name in enumerate(LAW)}
     out["restitution"] = [law[3:] for law in s["laws"]]
-    out["reset_shift"] = kernel.resets
+    out["reset_matrix"] = [matrix for matrix, _ in kernel.resets]
+    out["reset_shift"] = [shift for _, shift in kernel.resets]
     for mode in kernel.modes:
         flow = dict(mode["flow"])
         parts = {name: [guard[i] for guard in mode["guards"]] for i, name in enumerate(GUARD)}
@@ -76,7 +76,7 @@ def given_alone(kernel: Recorder) -> dict[str, Any]:
 LAW, GUARD = ("impulse", "mobility", "shift"), ("rows", "gains", "lower", "upper", "side")
 WATCH = (
     "watch_rows", "watch_gains", "watch_lower", "watch_upper", "watch_element", "watch_held",
-    "watch_reset",
+    "watch_reset", "watch_target",
 )  # fmt: skip
 MAPS = ("to_x", "to_v", "offset", "from_x", "from_v", "particular")
 

@@ -23,9 +23,12 @@ struct batch_arrays : batch_sizes {
     const int* states;
     const int* soft;
     const int* joint;
-    // Displacements of y by the impulses of phase switches, so many of them
+    // Maps of y where watches say so, by the impulses of phase switches and by the resets of hybrid systems, so many
+    // of them; without matrices they are unit matrices
     long long resets;
     const double* reset_shift;
+    const double* reset_matrix;
+    bool given; // whether watches say which mode follows
 
     // modes: the arguments of add_mode for one system, leading axes (mode, system); the free mode is first
     const int* codes; // (mode)
@@ -56,6 +59,7 @@ struct batch_arrays : batch_sizes {
     const int* watch_element;
     const int* watch_held;
     const int* watch_reset;
+    const int* watch_target; // codes of modes; null: none is given
     const double* watch_rows;
     const double* watch_gains;
     const double* watch_lower;

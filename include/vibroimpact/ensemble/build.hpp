@@ -69,7 +69,8 @@ VI_HD inline void build_watches(const batch_arrays& b, long long m, long long s,
                         b.watch_upper[at], no_side},
                        b.watch_element[first + j],
                        b.watch_held[first + j] != 0,
-                       b.watch_reset[first + j]});
+                       b.watch_reset[first + j],
+                       b.watch_target ? b.watch_target[first + j] : -1});
     }
 }
 
@@ -120,6 +121,7 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
     set_lines(h, b.kappas + s * b.lines, static_cast<int>(b.lines));
     if constexpr (Flow::shape_type::max_elements > 0) {
         h.elements.count = static_cast<int>(b.elements);
+        h.elements.given = b.given;
         for (int e = 0; e < h.elements.count; ++e) {
             h.elements.states[e] = b.states[e];
             h.elements.soft[e] = b.soft[e] != 0;
@@ -132,6 +134,8 @@ VI_HD inline void build_system(const batch_arrays& b, long long s, const system_
         to = {};
         for (int i = 0; i < n; ++i)
             to.matrix[i][i] = 1.0;
+        for (int i = 0; i < n && b.reset_matrix; ++i)
+            detail::copy(to.matrix[i].x, b.reset_matrix + ((s * b.resets + r) * n + i) * n, n);
         detail::copy(to.shift.x, b.reset_shift + (s * b.resets + r) * n, n);
     }
     for (int i = 0; i < contacts; ++i) {

@@ -6,7 +6,8 @@
 //               y = exp(B t) y(zeta),  gap = row . y - limit,  y+ by (1) of restitution.hpp   (1)
 //             analytic functions of zeta, t and the parameters, also where no motion runs so: the
 //             gap need not be zero, and guards in between are not seen. Where an element changes its
-//             state y does not jump, the impulse is zero; but for kicks at a phase.
+//             state y does not jump, the impulse is zero; but for kicks at a phase, and resets of hybrid systems,
+//             y <- A y + kick.
 //             A return map solves gap = 0 for t: in jets, by Newton steps dt = -gap / rate from a
 //             time whose value is right, each of which doubles the order that is right; a shift by
 //             an infinitely small dt is a Taylor series that ends.                          (2)
@@ -42,6 +43,8 @@ struct stop {
     R restitution;
     vec<R, Dimension> kick; // by which y jumps besides
     bool chatters;
+    const R* map =
+        nullptr; // rows of a matrix by which y is multiplied before it; null: the unit matrix
 };
 
 inline constexpr int chatter_order = 20; // of its Taylor series: 1.4^20 / 20! < 2^-51
@@ -108,6 +111,17 @@ struct prescribed {
         return dot(s.row, field.derivative(y), field.dimension());
     }
 
+    // A y of a stop that has a matrix.
+    template <class T>
+    VI_HD state<T> reset(const stop_type& s, const state<T>& y) const {
+        const int n = field.dimension();
+        state<T> after{};
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                after[i] = after[i] + y[j] * s.map[i * n + j];
+        return after;
+    }
+
     // (1) at the end y of a flight.
     template <class T>
     VI_HD arrival<T> cross_stop(const stop_type& s, const state<T>& y, const T& theta) const {
@@ -116,6 +130,7 @@ struct prescribed {
         state<T> after = y;
         for (int i = 0; i < field.dimension(); ++i)
             push(after[i], s.impulse[i], p);
+        if (s.map) after = reset(s, after);
         for (int i = 0; i < field.dimension(); ++i)
             after[i] = after[i] + s.kick[i];
         a.rate_after = speed(s, after);

@@ -412,6 +412,7 @@ VI_HD inline decided_states enter_given(const hybrid<Flow>& system,
     const auto y = plain_state(at.y, system.dimension());
     const noise of{largest_of(y, system.dimension())};
     auto& to = at.elements;
+    if (to.code == no_states) to.code = system.codes[at.mode]; // a motion begins in the first mode
     to.settled = true;
     to.due = 0;
     for (int j = 0; j < m.watched.count; ++j) {

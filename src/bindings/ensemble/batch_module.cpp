@@ -38,7 +38,8 @@ public:
           const varied_places& varied, const array& omegas, const array& kappas, const array& steps,
           const array& impulse, const array& mobility, const array& shift, const array& restitution,
           const array& damping, bool piecewise,
-          const std::vector<std::tuple<int, bool, bool>>& elements, const array& reset_shift)
+          const std::vector<std::tuple<int, bool, bool>>& elements, const array& reset_shift,
+          const array& reset_matrix, bool given)
         : dense_(dense), piecewise_(piecewise), columns_(columns) {
         if (columns.ndim() != 2 || omegas.ndim() != 1 || impulse.ndim() != 2 ||
             reset_shift.ndim() != 2)
@@ -67,6 +68,7 @@ public:
         }
         one_.elements = static_cast<long long>(states_.size());
         one_.resets = static_cast<long long>(reset_shift.shape(0));
+        one_.given = given;
         one_.states = states_.data();
         one_.soft = soft_.data();
         one_.joint = joint_.data();
@@ -79,7 +81,8 @@ public:
              {"restitution", &fields::restitution, restitution, c * 2},
              {"damping", &fields::damping, damping,
               static_cast<std::size_t>(degrees) * static_cast<std::size_t>(degrees)},
-             {"reset_shift", &fields::reset_shift, reset_shift, reset_shift.shape(0) * d}},
+             {"reset_shift", &fields::reset_shift, reset_shift, reset_shift.shape(0) * d},
+             {"reset_matrix", &fields::reset_matrix, reset_matrix, reset_shift.shape(0) * d * d}},
             varied);
     }
 
@@ -112,19 +115,23 @@ public:
             parts.push_back({"c", &fields::c, of_flow("c"), d / 2});
             parts.push_back({"a", &fields::a, of_flow("a"), d / 2});
         }
-        std::vector<int> of_watch, held, reset;
+        std::vector<int> of_watch, held, reset, target;
         if (piecewise_) {
             of_watch = nb::cast<std::vector<int>>(piecewise["watch_element"]);
             held = nb::cast<std::vector<int>>(piecewise["watch_held"]);
             reset = nb::cast<std::vector<int>>(piecewise["watch_reset"]);
+            target = nb::cast<std::vector<int>>(piecewise["watch_target"]);
             const std::size_t count = of_watch.size();
             const auto other = [&](int e) { return e < 0 || e >= one_.elements; };
             const auto unknown = [&](int r) { return r < -1 || r >= one_.resets; };
-            if (held.size() != count || reset.size() != count || count > 3 * states_.size() ||
-                std::any_of(of_watch.begin(), of_watch.end(), other) ||
+            // the shape of hybrid systems is that of the most elements
+            const std::size_t most = 3 * (one_.given ? vi::most_elements : states_.size());
+            if (held.size() != count || reset.size() != count || target.size() != count ||
+                count > most || std::any_of(of_watch.begin(), of_watch.end(), other) ||
                 std::any_of(reset.begin(), reset.end(), unknown))
-                throw std::invalid_argument("watches: at most three of each element, resets that "
-                                            "there are.");
+                throw std::invalid_argument(
+                    "watches: at most three of each element, 24 of a hybrid "
+                    "system, resets that there are.");
             const auto named = [&](const char* name) { return nb::cast<array>(piecewise[name]); };
             parts.push_back({"mode_step", &fields::mode_steps, named("mode_step"), 1});
             parts.push_back({"map_shift", &fields::map_shift, named("map_shift"), d});
@@ -141,10 +148,12 @@ public:
             of_watch_.insert(of_watch_.end(), of_watch.begin(), of_watch.end());
             held_.insert(held_.end(), held.begin(), held.end());
             reset_.insert(reset_.end(), reset.begin(), reset.end());
+            target_.insert(target_.end(), target.begin(), target.end());
             one_.watch_counts = counts_.data();
             one_.watch_element = of_watch_.data();
             one_.watch_held = held_.data();
             one_.watch_reset = reset_.data();
+            one_.watch_target = target_.data();
         }
         codes_.push_back(code);
         sides_.insert(sides_.end(), side.begin(), side.end());
@@ -182,7 +191,8 @@ public:
             const auto run_blocks = !small       ? run_modal
                                     : one_.mixed ? run_modal_small_mixed
                                                  : run_modal_small;
-            const auto run_whole = is_small(d, c, states_.size()) ? run_dense_small : run_dense;
+            const bool few = !one_.given && is_small(d, c, states_.size());
+            const auto run_whole = few ? run_dense_small : run_dense;
             (dense_ ? run_whole : run_blocks)({numbers_, here.view, systems.data()}, interrupted);
         }
         raise_if_interrupted();
@@ -238,8 +248,9 @@ private:
     system_numbers numbers_{};
     vi::batch_arrays one_{};
     std::vector<int> codes_, sides_;
-    std::vector<int> states_, soft_, joint_;            // of elements
-    std::vector<int> counts_, of_watch_, held_, reset_; // of watches, modes one after the other
+    std::vector<int> states_, soft_, joint_; // of elements
+    // of watches, modes one after the other
+    std::vector<int> counts_, of_watch_, held_, reset_, target_;
 };
 
 } // namespace
@@ -266,10 +277,11 @@ void bind_batch(nb::module_& m) {
         .def(nb::init<bool, bool, bool, int, const array&, const varied_places&, const array&,
                       const array&, const array&, const array&, const array&, const array&,
                       const array&, const array&, bool,
-                      const std::vector<std::tuple<int, bool, bool>>&, const array&>(),
+                      const std::vector<std::tuple<int, bool, bool>>&, const array&, const array&,
+                      bool>(),
              "dense"_a, "mixed"_a, "sequential"_a, "degrees"_a, "columns"_a, "varied"_a, "omegas"_a,
              "kappas"_a, "steps"_a, "impulse"_a, "mobility"_a, "shift"_a, "restitution"_a,
-             "damping"_a, "piecewise"_a, "elements"_a, "reset_shift"_a,
+             "damping"_a, "piecewise"_a, "elements"_a, "reset_shift"_a, "reset_matrix"_a, "given"_a,
              nb::sig("def __init__(self, *, dense: bool, mixed: bool, sequential: bool, "
                      "degrees: int, columns: numpy.typing.NDArray[numpy.float64], "
                      "varied: dict[str, dict[int, int]], "
@@ -282,7 +294,8 @@ void bind_batch(nb::module_& m) {
                      "restitution: numpy.typing.NDArray[numpy.float64], "
                      "damping: numpy.typing.NDArray[numpy.float64], piecewise: bool, "
                      "elements: list[tuple[int, bool, bool]], "
-                     "reset_shift: numpy.typing.NDArray[numpy.float64]) -> None"))
+                     "reset_shift: numpy.typing.NDArray[numpy.float64], "
+                     "reset_matrix: numpy.typing.NDArray[numpy.float64], given: bool) -> None"))
         .def("add_mode", &batch::add_mode, "code"_a, "varied"_a, "flow"_a, "rows"_a, "gains"_a,
              "lower"_a, "upper"_a, "side"_a, "to_x"_a, "to_v"_a, "offset"_a, "from_x"_a, "from_v"_a,
              "particular"_a, "piecewise"_a,

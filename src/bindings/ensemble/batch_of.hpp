@@ -40,6 +40,8 @@ public:
         vi::build_system(b_, 0, in());
         system_.codes = codes_.data();
         (*this)(b_.codes[0]);
+        for (long long m = 1; b_.given && m < b_.modes; ++m) // watches name them without asking
+            (*this)(b_.codes[m]);
     }
 
     // Build the mode with this code; false if the batch has none. That of the same states without closed contacts

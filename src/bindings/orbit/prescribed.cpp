@@ -83,8 +83,11 @@ class shaped final : public prescribed::motions {
     using mixed = vi::mixed_jet<1>; // rounded otherwise, as the second derivatives are
     template <class R>
     using kernel = vi::prescribed<R, Shape>;
+    // With the matrix that it points to; moved, never copied.
     template <class R>
-    using stop = vi::stop<R, Shape::max_dimension>;
+    struct stop : vi::stop<R, Shape::max_dimension> {
+        std::unique_ptr<R[]> matrix;
+    };
     template <class R>
     using propagator = typename kernel<R>::field_type::propagator;
 
@@ -246,7 +249,15 @@ private:
         next(s.impulse.x, data_.dimension);
         next(&s.restitution, 1);
         next(s.kick.x, data_.dimension);
-        s.chatters = data_.stops[static_cast<std::size_t>(number)].chatters;
+        const auto& own = data_.stops[static_cast<std::size_t>(number)];
+        s.chatters = own.chatters;
+        if (own.map >= 0) {
+            const auto entries = data_.width() * data_.width();
+            s.matrix = std::make_unique<R[]>(entries);
+            fill(s.matrix.get(), data_.of_map(static_cast<std::size_t>(own.map)),
+                 static_cast<int>(entries), data_, at);
+            s.map = s.matrix.get();
+        }
         return s;
     }
 

@@ -1,6 +1,7 @@
 // Prescribed motions as Python sees them.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -14,8 +15,8 @@ using numbers = std::vector<double>;
 inline constexpr int parameter_orders = 4;
 
 // A compiled system. Its numbers are those of omega (1), of every mode the field (D x D) and the
-// constant (D), and of every stop row (D), limit (1), impulse (D), restitution (1) and kick (D); others
-// may follow. They stand in rows by the order of the derivative.
+// constant (D), of every stop row (D), limit (1), impulse (D), restitution (1) and kick (D), and the maps (D x D)
+// that some stops have; others may follow. They stand in rows by the order of the derivative.
 struct prescribed_data {
     int degrees, dimension;
     numbers ratios;
@@ -24,6 +25,7 @@ struct prescribed_data {
     struct stop {
         int mode; // in which it is reached
         bool chatters;
+        int map; // its number, -1: none
     };
     std::vector<stop> stops;
     numbers values;
@@ -36,10 +38,16 @@ struct prescribed_data {
     const double* of_stop(std::size_t stop) const {
         return field(steps.size()) + stop * (3 * width() + 2);
     }
+    const double* of_map(std::size_t map) const {
+        return of_stop(stops.size()) + map * width() * width();
+    }
     std::size_t width() const { return static_cast<std::size_t>(dimension); }
     // All that modes and stops take.
     std::size_t least_count() const {
-        return static_cast<std::size_t>(of_stop(stops.size()) - values.data());
+        int last = -1;
+        for (const auto& one : stops)
+            last = std::max(last, one.map);
+        return static_cast<std::size_t>(of_map(static_cast<std::size_t>(last + 1)) - values.data());
     }
 };
 

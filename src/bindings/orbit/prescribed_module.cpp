@@ -17,7 +17,7 @@ namespace binding {
 namespace {
 
 prescribed make(int degrees, numbers ratios, double rate, numbers steps,
-                const std::vector<std::tuple<int, bool>>& stops, const array& values) {
+                const std::vector<std::tuple<int, bool, int>>& stops, const array& values) {
     prescribed_data data{degrees,
                          2 * (degrees + static_cast<int>(ratios.size())),
                          std::move(ratios),
@@ -26,8 +26,8 @@ prescribed make(int degrees, numbers ratios, double rate, numbers steps,
                          {},
                          numbers_of(values),
                          values.size() / parameter_orders};
-    for (const auto& [mode, chatters] : stops)
-        data.stops.push_back({mode, chatters});
+    for (const auto& [mode, chatters, map] : stops)
+        data.stops.push_back({mode, chatters, map});
     if (data.count < data.least_count())
         throw std::invalid_argument("values: too few for these modes and stops.");
     return prescribed(std::move(data));
@@ -93,13 +93,13 @@ void bind_prescribed(nb::module_& m) {
         .def(
             "__init__",
             [](prescribed* self, int degrees, numbers ratios, double rate, numbers steps,
-               const std::vector<std::tuple<int, bool>>& stops, const array& values) {
+               const std::vector<std::tuple<int, bool, int>>& stops, const array& values) {
                 new (self) prescribed(
                     make(degrees, std::move(ratios), rate, std::move(steps), stops, values));
             },
             "degrees"_a, "ratios"_a, "rate"_a, "steps"_a, "stops"_a, "values"_a,
             nb::sig("def __init__(self, *, degrees: int, ratios: list[float], rate: float, "
-                    "steps: list[float], stops: list[tuple[int, bool]], "
+                    "steps: list[float], stops: list[tuple[int, bool, int]], "
                     "values: numpy.typing.NDArray[numpy.float64]) -> None"))
         .def("linearise", &linearise, "states"_a, "durations"_a, "stops"_a,
              nb::sig("def linearise(self, states: numpy.typing.NDArray[numpy.float64], "

@@ -12,7 +12,7 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.compile.along import Along
-from vibroimpact.compile.prescribed import Prescribed
+from vibroimpact.compile.prescribed import NONE_LEFT_OUT, Prescribed
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import later
@@ -128,7 +128,9 @@ class OrbitPlane(OrbitFamily):
 
     def on_section(self, v: Complexes) -> Complexes:
         """Change of the first state, without the position that the section leaves out."""
-        return np.delete(v[: self.size], self.left_out(self.own))
+        left_out = self.left_out(self.own)
+        own = v[: self.size]
+        return own if left_out == NONE_LEFT_OUT else np.delete(own, left_out)
 
     def repeated(self, times: int) -> OrbitPlane:
         """Orbits that close after so many iterates of the solved map; even ones lose the symmetry."""

@@ -269,14 +269,18 @@ def check_case(arguments: argparse.Namespace) -> None:
 
 
 def case_of(arguments: argparse.Namespace, over: Values | None = None, name: str = "over") -> Case:
-    """Requested system, a mechanism.
+    """Requested system; one of modes and guards begins in the mode in which its file starts.
 
     A parameter of a machine that nothing else fixes is in the middle of its values in ``over``, an
     option of this name.
     """
     case = any_case_of(arguments, over or {}, name)
     if isinstance(case, HybridCase):
-        raise _no_mechanism(arguments.config)
+        system, start = case.system, case.start
+        if start is None:
+            return Case(system)
+        nothing = (0.0,) * system.states
+        return Case(system.beginning_in(start.mode), State(start.state, nothing, start.phase))
     return case
 
 
@@ -299,7 +303,10 @@ def any_case_of(
             _check_units(arguments, case.system)
             return case
         if parameters:
-            raise _no_mechanism(arguments.config)
+            raise InvalidParameterError(
+                f"{option(next(iter(parameters)))}: is a parameter of a machine, and config = {arguments.config} is a "
+                "[hybrid]. Change the file."
+            )
         return case
     check_case(arguments)
     _take_letters(arguments, machine)
@@ -365,13 +372,6 @@ def check_names(option: str, names: Iterable[str], known: Collection[str]) -> No
     """Refuse a name that is not known."""
     for name in names:
         check_choice(option, name, known)
-
-
-def _no_mechanism(path: str) -> InvalidParameterError:
-    return InvalidParameterError(
-        f"config = {path}: [hybrid] is no mechanism. Take vibroimpact simulate, without parameters of a "
-        "machine."
-    )
 
 
 def _changed(case: Case, parameters: dict[str, Any]) -> Case:

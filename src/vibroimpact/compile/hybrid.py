@@ -20,7 +20,7 @@ import numpy as np
 from vibroimpact import _kernel
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError, ResonanceError
-from vibroimpact._core.linear import Matrix, Vector
+from vibroimpact._core.linear import Matrix
 from vibroimpact._core.scalars import greatest, is_infinite, least, rounded_down, square_root
 from vibroimpact._core.types import Amount, Count, Floats
 from vibroimpact.compile.coordinates import (
@@ -43,6 +43,7 @@ from vibroimpact.compile.modes import (
     STEP_BITS,
     ElementOfKernel,
     Guard,
+    Jump,
     Law,
     Mode,
     closed_from_code,
@@ -81,6 +82,8 @@ class Hybrid:
     depends on it.
     """
 
+    given = False  # no element says which mode follows
+
     def __init__(self, mechanism: Mechanism, pace: float = 0.0) -> None:
         self.mechanism = mechanism
         n, lines = mechanism.degrees, len(mechanism.forces)
@@ -113,7 +116,7 @@ class Hybrid:
         return [code_of(closed) for closed in ((), *self.closed)]
 
     @property
-    def resets(self) -> list[tuple[Matrix, Vector]]:
+    def resets(self) -> list[Jump]:
         """Return no resets: rigid stops give no impulses of their own."""
         return []
 
@@ -300,11 +303,11 @@ class Compiled:
             step=h.step,
             laws=[*h.laws()],
             elements=[*h.elements],
-            given=False,
+            given=h.given,
             sequential=mechanism.impact_law == "sequential",
         )
-        for matrix, shift in h.resets:
-            self.kernel.add_reset(matrix=np.array(matrix), shift=shift)
+        for jump in h.resets:
+            self.kernel.add_reset(matrix=np.array(jump.matrix), shift=jump.shift)
         self.codes = list[int]()
         for code in (*h.codes, *codes):
             if code not in self.codes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from vibroimpact._core.linear import Matrix, Vector, product, transpose
 from vibroimpact.compile.coordinates import ModeCoordinates, columns_by
@@ -42,6 +42,18 @@ class Watch(NamedTuple):
     held: bool = False  # whether the mode keeps the row at zero: slip, while friction sticks
     reset: int = -1  # number of the map of y that acts where a limit is reached; -1 for none
     target: int = -1  # code of the mode that follows; -1 where the kernel decides
+
+
+class Jump(NamedTuple):
+    """Map y <- matrix y + shift where a watch reaches its limit.
+
+    An impulse adds to velocities alone: its matrix is the unit matrix, and the guard that is reached stays as it is.
+    Where a state is kept, only the unused entries of y return to 1, so that tangents lose their part along them.
+    """
+
+    matrix: Matrix
+    shift: Vector
+    kind: Literal["impulse", "reset", "kept"]
 
 
 class Law(NamedTuple):

@@ -71,6 +71,7 @@ from vibroimpact.compile.modes import (
     STEP_BITS,
     ElementOfKernel,
     Guard,
+    Jump,
     Law,
     Mode,
     Watch,
@@ -167,6 +168,7 @@ class Piecewise:
             self.units = units_of(m, flow, self.scale)
         self.free = self._coordinates(Forces([], [], [], NO_LIGHT))
         self.resets = self._resets()
+        self.given = any(e.whole for e in m.switching)
         self.elements = [
             ElementOfKernel(
                 sum(1 << s for s in e.states), e.is_stop, any(e.row[i] for i in self.light if e.row)
@@ -230,6 +232,8 @@ class Piecewise:
                 stiff, damp = linear.plus(stiff, square, k), linear.plus(damp, square, c)
         norms = [self._rate_norm(self._accelerations(a)) for a in (stiff, damp)]
         rates = [square_root(norms[0]), norms[1], *self.omegas]
+        for flow in (linear.absolute(a) for e in m.switching for a in e.flows):
+            rates.append(square_root(linear.row_sum_norm(product(flow, flow))))
         return greatest([*rates, 2.0**-500]) if any(rates) else 0.0
 
     def _rate_norm(self, a: Matrix) -> float:
@@ -309,18 +313,33 @@ class Piecewise:
         closed = closed_from_code(code, contacts)
         return closed, states_from_code(code, contacts, len(self.parts))
 
-    def _resets(self) -> list[tuple[Matrix, Vector]]:
-        """Maps of y that watches name by their number: the impulses of all elements."""
-        out = []
+    def _resets(self) -> list[Jump]:
+        """Maps of y that watches name by their number: the resets and impulses of all elements."""
+        out = list[Jump]()
         for e in self.mechanism.switching:
+            if e.whole:
+                nothing = linear.identity(self.degrees), [0.0] * self.degrees
+                out.append(self._reset(*nothing)._replace(kind="kept"))
+            out += [self._reset(jump.matrix, jump.shift) for jump in e.resets]
             for impulse in e.own_impulses:
                 change = self._accelerations([[x] for x in impulse])
                 shift = [0.0] * self.size
                 for i, (x,) in enumerate(change):
                     unit = self.units[2 * i + 1] if self.units else 1.0
                     shift[2 * i + 1] = x / self.scale / unit
-                out.append((linear.identity(self.size), shift))
+                out.append(Jump(linear.identity(self.size), shift, "impulse"))
         return out
+
+    def _reset(self, matrix: Matrix, shift: Vector) -> Jump:
+        """Map of y by which positions x, all without mass, become matrix x + shift."""
+        whole, moved = linear.identity(self.size), [0.0] * self.size
+        units = self.units[: 2 * self.degrees : 2] or [1.0] * self.degrees
+        for i, row in enumerate(matrix):
+            for j, x in enumerate(row):
+                whole[2 * i][2 * j] = x * units[j] / units[i]
+            moved[2 * i] = shift[i] / units[i]
+            whole[2 * i + 1][2 * i + 1], moved[2 * i + 1] = 0.0, 1.0  # unused
+        return Jump(whole, moved, "reset")
 
     # ---- equations -------------------------------------------------------------------------------
 
@@ -686,15 +705,15 @@ class Piecewise:
                     pinned, zero = True, part.speed  # it slips at speed zero
                 on_line[number] = part.limits(state, hold, pinned=pinned)
             found = [] if zero is None else [Limits(zero, 0.0, 0.0)]
-            for row, lower, upper, impulse in (*found, *on_line[first]):
-                whole, reset = self._put_in(row, forces.light.speeds), resets + impulse
+            for row, lower, upper, jump, target in (*found, *on_line[first]):
+                whole, reset = self._put_in(row, forces.light.speeds), resets + jump
                 watches.append(
                     Watch(
                         whole[:-1], whole[-1], lower, upper, number, held=row is zero,
-                        reset=reset if impulse >= 0 else -1,
+                        reset=reset if jump >= 0 else -1, target=target,
                     )
                 )  # fmt: skip
-            resets += len(e.own_impulses)
+            resets += e.whole + len(e.resets) + len(e.own_impulses)
         return watches
 
     def laws(self) -> list[Law]:

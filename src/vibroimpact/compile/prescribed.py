@@ -47,6 +47,7 @@ GAP_WATCH = -1  # the gap of an open one
 FORCE_WATCH = -2  # the force on a closed one
 CHATTER_WATCH = -3  # the end of chatter
 PHASE_WATCH = -4  # a phase of the forcing, at which a motion without events is cut
+NONE_LEFT_OUT = -1  # in place of a coordinate
 PHASE = -1  # in place of a contact or element, where a flight ends at a phase
 
 
@@ -149,9 +150,9 @@ class Layout:
     guards: tuple[tuple[tuple[int, int], ...], ...]  # contact and watch of the guards of each mode
     forgotten: tuple[int, ...]  # as in :class:`Numbers`
     ends: dict[End, int]  # number of every limit at which a flight can end
-    stops: tuple[
-        tuple[int, bool], ...
-    ]  # of each the number of its mode, and whether it ends chatter
+    # of each the number of its mode, whether it ends chatter, and the number of its map, -1 for none
+    stops: tuple[tuple[int, bool, int], ...]
+    maps: int  # how many there are
 
     @property
     def width(self) -> int:
@@ -162,7 +163,7 @@ class Layout:
     def of_kernel(self) -> int:
         """How many of the numbers the kernel takes."""
         d = self.width
-        return 1 + len(self.codes) * d * (d + 1) + len(self.stops) * (3 * d + 2)
+        return 1 + len(self.codes) * d * (d + 1) + len(self.stops) * (3 * d + 2) + self.maps * d * d
 
 
 @dataclass(frozen=True, eq=False)
@@ -406,8 +407,11 @@ class Prescribed:
     def solved_coordinate(self, end: tuple[int, ...]) -> int:
         """Position, or velocity, that the section of a guard leaves out: its row's last largest.
 
-        The phase, where the guard depends on nothing else.
+        The phase, where the guard depends on nothing else. NONE_LEFT_OUT where a reset follows, after which the
+        guard is left: the section is then all of space, and the map has a multiplier 0 more, along the flow.
         """
+        if self.layout.stops[self.ends[End(*end)]][2] >= 0:
+            return NONE_LEFT_OUT
         row, n = np.abs(self.guard(end).row), self.degrees
         both = np.concatenate([row[0 : 2 * n : 2], row[1 : 2 * n : 2]])
         if not both.any():
@@ -502,7 +506,13 @@ def _contiguous(a: ArrayLike) -> Floats:
     return np.ascontiguousarray(a, dtype=float)
 
 
-Push = tuple[Vector, Sequence[float], Vector]  # impulse, restitutions at both limits, kick
+class Push(NamedTuple):
+    """Impulse, restitutions at both limits, and by which y jumps besides: the number of a map, and a kick."""
+
+    impulse: Vector
+    restitutions: Sequence[float]
+    kick: Vector
+    map: int = -1
 
 
 class Compilation:
@@ -512,12 +522,13 @@ class Compilation:
         self.pieces = pieces = Piecewise(m)
         self.known: dict[End, int] = {}
         self.laws: list[Vector] = []  # row, limit, impulse, restitution, kick of each limit
-        self.stops: list[tuple[int, bool]] = []
+        self.stops: list[tuple[int, bool, int]] = []
+        self.maps: list[Vector] = []  # rows of their matrices
         self.rows: list[Vector] = []  # of guards with gain and limits, and of speeds
         self.still: Vector = [0.0] * pieces.size
-        self.no_push: Push = self.still, (0.0, 0.0), self.still
-        self.pushes: list[Push] = [
-            (
+        self.no_push = Push(self.still, (0.0, 0.0), self.still)
+        self.pushes = [
+            Push(
                 [x / law.mobilities[i] for x in law.impulse],
                 (law.restitution_lower, law.restitution_upper),
                 self.still,
@@ -539,10 +550,10 @@ class Compilation:
             self.rows += [mode.coordinates.to_v[i] for i in pieces.light]
         self.layout = Layout(
             m.degrees, len(m.forces), tuple(pieces.light), pieces.scale, codes, tuple(guards),
-            tuple(forgotten), self.known, tuple(self.stops),
+            tuple(forgotten), self.known, tuple(self.stops), len(self.maps) // pieces.size,
         )  # fmt: skip
         omegas = [force.omega for force in m.forces]
-        parts = [[m.omega], *fields, *self.laws, [pieces.rate], omegas, *self.rows]
+        parts = [[m.omega], *fields, *self.laws, *self.maps, [pieces.rate], omegas, *self.rows]
         self.numbers: Vector = [x for part in parts for x in part]
 
     def _guards(self, mode: Mode, number: int) -> Iterator[tuple[int, int]]:
@@ -553,9 +564,19 @@ class Compilation:
         contacts = len(mode.guards)
         for j, watch in enumerate(mode.watches):
             if not watch.held:
-                name, reset = End(contacts + watch.element, 0, mode.code, j), watch.reset
-                kick = self.pieces.resets[reset][1] if reset >= 0 else self.still
-                yield self._keep(name, watch, (self.still, (0.0, 0.0), kick), number)
+                name = End(contacts + watch.element, 0, mode.code, j)
+                push = self._jump(watch.reset) if watch.reset >= 0 else self.no_push
+                yield self._keep(name, watch, push, number)
+
+    def _jump(self, reset: int) -> Push:
+        """The jump of y by a map of a watch; its matrix is kept but for impulses."""
+        jump, push = self.pieces.resets[reset], self.no_push
+        if jump.kind == "kept":
+            return push
+        if jump.kind == "reset":
+            push = push._replace(map=len(self.maps) // self.pieces.size)
+            self.maps += jump.matrix
+        return push._replace(kick=jump.shift)
 
     def _add_phase(self, mode: Mode, number: int) -> None:
         """Ends of flights in a mode at which nothing happens."""
@@ -567,16 +588,16 @@ class Compilation:
         for side in (-1, 1):
             self.known[End(PHASE, side, mode.code, PHASE_WATCH)] = len(self.laws)
             self.laws.append([*sine, 0.0, *self.still, 0.0, *self.still])
-            self.stops.append((number, False))
+            self.stops.append((number, False, -1))
 
     def _keep(self, name: End, of: Guard | Watch, push: Push, number: int) -> tuple[int, int]:
-        impulse, restitutions, kick = push
+        impulse, restitutions, kick, jump = push
         limits = of.lower, of.upper
         for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
             if not is_infinite(limit):
                 self.known[name._replace(side=side)] = len(self.laws)
                 self.laws.append([*of.row, limit - of.gain, *impulse, restitution, *kick])
-                self.stops.append((number, False))
+                self.stops.append((number, False, jump))
         self.rows.append([*of.row, of.gain, *limits])
         return name.contact, name.watch
 
@@ -587,7 +608,7 @@ class Compilation:
             if number is not None:
                 self.known[End(contact, side, mode.code, CHATTER_WATCH)] = len(self.laws)
                 self.laws.append(self.laws[number])
-                self.stops.append((self.stops[number][0], True))
+                self.stops.append((self.stops[number][0], True, -1))
 
     def _forgotten(self, mode: Mode) -> int:
         """Number of joints that stick in a mode, and of sliders whose place a balance of forces gives.

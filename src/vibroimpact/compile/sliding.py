@@ -32,7 +32,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import STEP_BITS, ElementOfKernel, Watch
 from vibroimpact.compile.units import Units, balanced_norm
-from vibroimpact.model.hybrid_system import MOST_GUARDS, HybridSystem, Transition
+from vibroimpact.model.hybrid_system import MOST_GUARDS, HybridSystem, Transition, is_identity
 
 Row = tuple[Floats, float]  # on (y, 1)
 
@@ -344,10 +344,3 @@ def same_reset(a: Transition, b: Transition) -> bool:
     """Whether two transitions do the same to the state."""
     pairs = (a.matrix, b.matrix), (a.shift, b.shift)
     return all(x is not None and y is not None and np.array_equal(x, y) for x, y in pairs)
-
-
-def is_identity(matrix: Floats | None, shift: Floats | None) -> bool:
-    """Whether a reset leaves the state as it is."""
-    assert matrix is not None  # a system fills these in
-    assert shift is not None
-    return bool(np.array_equal(matrix, np.eye(len(matrix)))) and not shift.any()

@@ -24,7 +24,7 @@ from vibroimpact.compile.modes import ElementOfKernel, Mode
 from vibroimpact.compile.pace import paced_parts, paces_of
 from vibroimpact.compile.piecewise import Piecewise
 
-WATCHED = ("watch_element", "watch_held", "watch_reset")
+WATCHED = ("watch_element", "watch_held", "watch_reset", "watch_target")
 
 
 class Stack(NamedTuple):
@@ -52,6 +52,7 @@ class Stacks:
     mixed: bool
     piecewise: bool
     sequential: bool
+    given: bool
     degrees: int
     elements: list[ElementOfKernel]
     systems: dict[str, Stack]  # stacks, by name of the argument of `_kernel.Batch`
@@ -103,7 +104,7 @@ class Stacks:
         """Kernel batch of the systems."""
         batch = _kernel.Batch(
             dense=self.dense, mixed=self.mixed, degrees=self.degrees, columns=self.columns,
-            piecewise=self.piecewise, sequential=self.sequential, elements=[*self.elements],
+            piecewise=self.piecewise, sequential=self.sequential, elements=[*self.elements], given=self.given,
             **kernel_arguments(self.systems),
         )  # fmt: skip
         for mode in self.modes:
@@ -165,7 +166,10 @@ def stacks_of(
             [(law.restitution_lower, law.restitution_upper) for law in laws], contacts, 2
         ),
         "damping": stack(m.damping, m.degrees, m.degrees),
-        "reset_shift": stack([shift for _, shift in hybrid.resets], len(hybrid.resets), size),
+        "reset_shift": stack([jump.shift for jump in hybrid.resets], len(hybrid.resets), size),
+        "reset_matrix": stack(
+            [jump.matrix for jump in hybrid.resets], len(hybrid.resets), size, size
+        ),
     }
     parts = paced_parts(m)
     pace = {
@@ -177,7 +181,7 @@ def stacks_of(
     table = stack.table(grid)
     return Stacks(
         hybrid.dense, hybrid.mixed, isinstance(hybrid, Piecewise), m.impact_law == "sequential",
-        m.degrees, hybrid.elements, systems, modes, pace, table,
+        hybrid.given, m.degrees, hybrid.elements, systems, modes, pace, table,
     )  # fmt: skip
 
 
@@ -219,6 +223,7 @@ def _watched(mode: Mode, size: int, stack: _Stacker) -> dict[str, Any]:
         "watch_element": [watch.element for watch in watches],
         "watch_held": [int(watch.held) for watch in watches],
         "watch_reset": [watch.reset for watch in watches],
+        "watch_target": [watch.target for watch in watches],
         "element_rows": stack(chain.from_iterable(mode.work), 2 * elements, size + 1),
     }
 

@@ -20,15 +20,17 @@ from typing import Any, cast
 
 import numpy as np
 
+from vibroimpact._core.checks import shown
 from vibroimpact._core.columns import Split
 from vibroimpact._core.docstrings import descriptions, head_of
-from vibroimpact._core.errors import VibroImpactError
+from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact.compile.hybrid import hybrid_of
 from vibroimpact.compile.tables import stacks_of
 from vibroimpact.explorer.recording import NUMBER, OPERANDS, OPERATIONS, Recording, repeated
 from vibroimpact.machines.machine import CHECK, Machine, example_of
 from vibroimpact.machines.registry import MACHINES, cases_of, machine_of, name_of
 from vibroimpact.machines.units import quantities_of, units_of
+from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.mechanism import Mechanism, element_labels, links
 from vibroimpact.model.parameters import names_of, parameter_value, with_parameters
 from vibroimpact.model.state import State
@@ -61,6 +63,8 @@ Data = dict[str, Any]
 
 def values_of(system: System) -> dict[str, float]:
     """The parameters that the page varies, with their values; of a mechanism, numbers by path."""
+    if isinstance(system, HybridSystem):
+        return {}
     if isinstance(system, Mechanism):
         return {path: parameter_value(system, path) for path in _paths(system)}
     floats = names_of(system).items()
@@ -123,6 +127,11 @@ def recording_of(
     with np.errstate(all="ignore"):
         m = mechanism_of(with_parameters(system, inputs))
         given: Any = r.input(len(values), pace) if pace else 0.0
+        if any(element.whole for element in m.switching):
+            raise InvalidParameterError(
+                f"system = {shown(system)}: the page computes mechanisms, and it is a hybrid system. Take "
+                "simulate, section, classify, continue_orbit."
+            )
         h = hybrid_of(m, given)
         others = [code for code in codes if code not in h.codes]
         stacks = stacks_of(h, (1,), others, columns)

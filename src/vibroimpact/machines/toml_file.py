@@ -30,7 +30,7 @@ TABLES = (*SHORT_TABLES, MECHANISM, HYBRID, *MACHINES)
 class Case:
     """A system and, where the file gives one, a start."""
 
-    system: Machine | Mechanism
+    system: Machine | Mechanism | HybridSystem
     start: State | None = None
 
 

@@ -6,7 +6,8 @@ The layer below :class:`~vibroimpact.Mechanism`, for what is no mechanism: a con
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -25,10 +26,13 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import MAX_DEGREES, MAX_LINES
+from vibroimpact.model.described import Described
+from vibroimpact.model.elements.mode_switch import MOST_MODES, MOST_WATCHES, ModeSwitch, Way
+from vibroimpact.model.mechanism import Mechanism
 
 Direction = Literal["rising", "falling"]
 MOST_STATES = 2 * MAX_DEGREES
-MOST_GUARDS = 24  # a mode has so many guards at most
+MOST_GUARDS = MOST_WATCHES
 
 
 @names_arguments()
@@ -100,8 +104,14 @@ class Transition:
     resets="A transition has matrix and shift.", forces="A mode has constant and waves.",
 )  # fmt: skip
 @dataclass(frozen=True, eq=False)
-class HybridSystem:
+class HybridSystem(Described):
     """A piecewise-linear hybrid system: linear modes, and transitions where guards reach levels.
+
+    With up to seven modes it is a system like any other: its states are the positions x of a
+    :class:`State`, their rates the velocities, and a motion begins in the first mode. Runs, sections, sweeps,
+    exponents, orbits, branches and curves take it. Its numbers are parameters by path,
+    ``"modes.on.matrix[0][0]"``, ``"guards.upper.level"``, ``"transitions[0].shift[1]"``; a dataclass or a
+    :class:`Family` may have it as ``mechanism``, or return it.
 
     Parameters
     ----------
@@ -228,6 +238,48 @@ class HybridSystem:
         """Number of states n."""
         return len(next(iter(self.modes.values())).matrix)
 
+    def beginning_in(self, mode: str) -> HybridSystem:
+        """Return the same system with another mode as its first, in which motions begin."""
+        check_choice("mode", mode, list(self.modes))
+        others = {name: x for name, x in self.modes.items() if name != mode}
+        return replace(self, modes={mode: self.modes[mode], **others})
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The system as a mechanism: states without mass, on dashpots of 1, and a switch between its modes.
+
+        Raises
+        ------
+        InvalidParameterError
+            More than seven modes, or than 20 states, which :func:`simulate_hybrid` alone takes.
+        """
+        n, names = self.states, [*self.modes]
+        if len(names) > MOST_MODES or n > MAX_DEGREES:
+            raise InvalidParameterError(
+                f"system: a HybridSystem with {len(names)} modes and {n} states. Systems have at most {MOST_MODES} "
+                f"modes and {MAX_DEGREES} states; simulate_hybrid takes it."
+            )
+        nothing = [[0.0] * n for _ in range(n)]
+        unit = [[float(i == j) for j in range(n)] for i in range(n)]
+        switch = ModeSwitch(
+            names=tuple(names),
+            matrices=tuple(_rows(mode.matrix) for mode in self.modes.values()),
+            constants=tuple(_rows(mode.constant) for mode in self.modes.values()),
+            waves=tuple(_rows(mode.waves) for mode in self.modes.values()),
+            ways=tuple(self._way(t, names) for t in self.transitions),
+            omegas=self.omegas,
+        )
+        return Mechanism(mass=nothing, damping=unit, stiffness=nothing, elements=(switch,))
+
+    def _way(self, t: Transition, names: list[str]) -> Way:
+        guard, reset = self.guards[t.guard], ((), ())
+        if not is_identity(t.matrix, t.shift):
+            reset = _rows(t.matrix), _rows(t.shift)
+        return Way(
+            names.index(t.mode), names.index(t.to), _rows(guard.row), _rows(guard.waves), guard.level,
+            t.direction == "rising", *reset,
+        )  # fmt: skip
+
     def __repr__(self) -> str:
         return (
             f"HybridSystem: {self.states} states, modes {', '.join(self.modes)}; "
@@ -241,10 +293,22 @@ def check_kind_of(name: str, value: Any, kind: type) -> Any:
     return value
 
 
+def is_identity(matrix: Any, shift: Any) -> bool:
+    """Whether a reset leaves states as they are."""
+    if matrix.dtype != float or shift.dtype != float:
+        return False
+    return bool(np.array_equal(matrix, np.eye(len(matrix))) and not np.any(shift))
+
+
+def _rows(array: Any) -> Any:
+    """An array as tuples of its rows."""
+    return tuple(map(_rows, array)) if array.ndim > 1 else tuple(array.tolist())
+
+
 def _array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Return an array of a shape, zeros for None, read-only, or raise naming it."""
     array = np.zeros(shape) if value is None else numbers(name, value)
-    if array.shape != shape or array.dtype != float:
+    if array.shape != shape:
         raise InvalidParameterError(f"{name} = {shown(value)}: must be of shape {shape}.")
     array.flags.writeable = False
     return array

@@ -133,7 +133,7 @@ class Mechanism(Described):
                 "no inertia of its own beside the coordinates before it. Give it some, or remove it."
             )
         _check_symmetric(mass)
-        if not heavy or low is None:
+        if (not heavy and not self._is_whole()) or low is None:
             raise InvalidParameterError(
                 "mass: must be positive definite, but for coordinates without mass (row and column zero). "
                 f"{_advice(mass)}"
@@ -148,6 +148,7 @@ class Mechanism(Described):
         for i, element in enumerate(self.elements):
             element.check_size(n, f"elements[{i}]")
         self._check_massless()
+        self._check_whole()
         for force in self.forces:
             vector("sine", force.sine, n)
 
@@ -176,6 +177,22 @@ class Mechanism(Described):
         self._check_dashpots()
         for i, e in enumerate(self.elements):
             e.check_massless(light, f"elements[{i}]")
+
+    def _is_whole(self) -> bool:
+        """Whether an element among what is given is all of the machine."""
+        given: Any = self.elements
+        return isinstance(given, tuple | list) and any(
+            isinstance(element, Element) and element.whole for element in given
+        )
+
+    def _check_whole(self) -> None:
+        """Refuse anything beside an element that is all of its machine."""
+        for i, element in enumerate(self.elements):
+            if element.whole and (len(self.elements) > 1 or len(self.massless) < self.degrees):
+                raise InvalidParameterError(
+                    f"elements[{i}]: a {element.kind.replace('_', ' ')} has all states of its machine. Take other "
+                    "elements and masses away, or make them modes of the HybridSystem."
+                )
 
     def _check_sliders(self) -> None:
         """Refuse friction on coordinates without mass whose forces or speeds are not determined."""

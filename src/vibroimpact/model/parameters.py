@@ -5,6 +5,8 @@ A parameter is
 - a field of a system that is a dataclass with a ``mechanism``, such as ``"omega"`` of
   :class:`~vibroimpact.ImpactDamper`;
 - a keyword of a :class:`Family`, a function that builds a mechanism;
+- a path into a :class:`~vibroimpact.HybridSystem`: ``"modes.on.matrix[0][0]"``, ``"guards.upper.level"``,
+  ``"transitions[0].shift[1]"``, or ``"omega"``: all frequencies in proportion;
 - a path into a :class:`~vibroimpact.Mechanism`: ``"stiffness[0][0]"`` (with its mirror entry, where
   the matrix is symmetric), ``"elements[0].upper"``, ``"elements[0].restitution"``,
   ``"forces[0].sine[1]"``, ``"constant_force[0]"``, ``"elements[0].motion[0].sine[0]"``,
@@ -30,6 +32,8 @@ from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, cast
 
+import numpy as np
+
 from vibroimpact._core.checks import check_choice, check_kind, real, refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import as_python
@@ -37,6 +41,7 @@ from vibroimpact._kernel import Jet
 from vibroimpact.model.described import Described
 from vibroimpact.model.elements.element import Element
 from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.mechanism import Mechanism, symmetric
 from vibroimpact.model.system import System, mechanism_of
 
@@ -47,13 +52,13 @@ Step = str | int
 
 @dataclass(frozen=True, repr=False)
 class Family(Described):
-    """Mechanism with named parameters, given by a function of them: a system like any other.
+    """Mechanism, or hybrid system, with named parameters, given by a function of them: a system like any other.
 
     Parameters
     ----------
     build
-        Called with the parameters as keywords; returns a :class:`Mechanism`. It computes with
-        + - * / ** and numpy functions (np.sqrt, np.sin, np.cos, np.exp, np.log), so that it can be
+        Called with the parameters as keywords; returns a :class:`Mechanism` or a :class:`HybridSystem`. It computes
+        with + - * / ** and numpy functions (np.sqrt, np.sin, np.cos, np.exp, np.log), so that it can be
         differentiated, and compiled for many values at once: numbers may be jets or columns.
     **parameters
         Their values; those that are left out have the defaults of ``build``. Integers count something: only
@@ -75,10 +80,10 @@ class Family(Described):
     Family(oscillator, k=1.0, A=2.0)
     """
 
-    build: Callable[..., Mechanism]
+    build: Callable[..., Mechanism | HybridSystem]
     parameters: tuple[tuple[str, float], ...]
 
-    def __init__(self, build: Callable[..., Mechanism], **parameters: float) -> None:
+    def __init__(self, build: Callable[..., Mechanism | HybridSystem], **parameters: float) -> None:
         if not callable(build):
             raise refusal("build", build, "a function that returns a Mechanism")
         name, taken = getattr(build, "__name__", repr(build)), inspect.signature(build).parameters
@@ -123,9 +128,11 @@ class Family(Described):
                 f"system = {shown(self)}: cannot be built ({error}). A parameter that counts "
                 "something must be an integer, and cannot be varied."
             ) from error
+        if isinstance(built, HybridSystem):
+            return built.mechanism
         if not isinstance(built, Mechanism):
             raise InvalidParameterError(
-                f"build = {shown(self.build)}: must return a Mechanism, not {shown(built)}."
+                f"build = {shown(self.build)}: must return a Mechanism or HybridSystem, not {shown(built)}."
             )
         return built
 
@@ -148,7 +155,7 @@ def parameter_value(system: System, name: str) -> float:
         No such parameter; the message lists the parameters.
     """
     known = names_of(system)
-    if isinstance(system, Mechanism) and name not in [*known]:
+    if isinstance(system, Mechanism | HybridSystem) and name not in [*known]:
         check_kind("parameter", name, str, "a name or a path")
         return _at_path(system, name)
     check_kind("parameter", name, str, "the name of a parameter")
@@ -180,7 +187,7 @@ def changed(system: System, values: Mapping[str, Any]) -> System:
     """The system with new values of parameters that it has, numbers of any kind (scalars.py)."""
     if isinstance(system, Family):
         return system._changed(values)
-    if isinstance(system, Mechanism):
+    if isinstance(system, Mechanism | HybridSystem):
         for name, value in values.items():
             system = _with_entry(system, name, value)
         return system
@@ -193,7 +200,7 @@ def replaced(system: System, changes: Mapping[str, Any]) -> System:
         for name in changes:
             check_choice("parameter", name, dict(system.parameters))
         return system._changed(changes)
-    if not isinstance(system, Mechanism):
+    if not isinstance(system, Mechanism | HybridSystem):
         return cast(System, replace(cast(Any, system), **changes))
     fields = {f.name for f in dataclasses.fields(system)}
     whole = {name: value for name, value in changes.items() if name in fields}
@@ -234,6 +241,8 @@ def names_of(system: System) -> dict[str, float]:
         return _numbers(dict(system.parameters))
     if isinstance(system, Mechanism):
         return {"omega": system.omega} if system.forces else {}
+    if isinstance(system, HybridSystem):
+        return {"omega": system.omegas[0]} if system.omegas else {}
     if not dataclasses.is_dataclass(cast(Any, system)) or isinstance(system, type):
         raise InvalidParameterError(
             f"system = {shown(system)}: has no parameters by name. Make it a dataclass, or a "
@@ -251,19 +260,30 @@ def _numbers(values: dict[str, Any]) -> dict[str, float]:
 
 def _steps(path: str) -> list[Step]:
     """'forces[0].sine[1]' -> ['forces', 0, 'sine', 1]."""
-    if not re.fullmatch(r"[a-z_]+(\[\d+\]|\.[a-z_]+)*", path):
+    if not re.fullmatch(r"[a-z_]+(\[\d+\]|\.[^][.]+)*", path):
         return []
-    return [int(p) if p.isdigit() else p for p in re.findall(r"[a-z_]+|\d+", path)]
+    parts = re.findall(r"\[(\d+)\]|([^][.]+)", path)
+    return [int(number) if number else name for number, name in parts]
 
 
-def _at_path(mechanism: Mechanism, path: str) -> float:
+def _at_path(mechanism: Mechanism | HybridSystem, path: str) -> float:
     here: Any = mechanism
     try:
         for step in _steps(path):
-            here = here[step] if isinstance(step, int) else _field(here, step)
-    except (AttributeError, IndexError, TypeError):
+            inside = isinstance(step, int) or isinstance(here, Mapping)
+            here = here[step] if inside else _field(here, cast(str, step))
+    except (AttributeError, IndexError, KeyError, TypeError):
         here = None
-    if path.endswith(PAIRS) and isinstance(here, tuple):
+    if isinstance(mechanism, HybridSystem):
+        if isinstance(here, float):  # those of numpy, too
+            return float(here)
+        mode, guards = next(iter(mechanism.modes)), mechanism.guards
+        paths = [f"modes.{mode}.matrix[0][0]", *(f"guards.{name}.level" for name in [*guards][:1])]
+        raise InvalidParameterError(
+            f"parameter = {path!r}: is no number of this hybrid system. Take "
+            f"{'omega, or ' if mechanism.omegas else ''}a path such as {', '.join(paths)}."
+        )
+    if path.endswith(PAIRS) and isinstance(here, tuple) and _element_of(mechanism, path).is_stop:
         if here[0] != here[1]:
             raise InvalidParameterError(
                 f"parameter = {path!r}: is {here[0]} at the lower and {here[1]} at the upper stop. "
@@ -278,6 +298,11 @@ def _at_path(mechanism: Mechanism, path: str) -> float:
         f"{forced[0] and 'omega, or '}a path such as stiffness[0][0]{_examples(mechanism)}"
         f"{forced[1]}."
     )
+
+
+def _element_of(m: Mechanism, path: str) -> Element:
+    """The element that a path leads into."""
+    return m.elements[cast(int, _steps(path)[1])]
 
 
 def _examples(m: Mechanism) -> str:
@@ -304,10 +329,12 @@ def _replaced(here: Any, steps: list[Step], value: Any) -> Any:
     if not steps:
         return value
     first, rest = steps[0], steps[1:]
+    if isinstance(here, Mapping):
+        return {**here, first: _replaced(here[first], rest, value)}
     if isinstance(first, int):
         items = list(here)
         items[first] = _replaced(items[first], rest, value)
-        return type(here)(items)
+        return items if isinstance(here, np.ndarray) else type(here)(items)
     before = getattr(here, first)
     inside = _replaced(before, rest, value)
     mirrored = first in MATRICES and len(rest) == 2 and rest[0] != rest[1]
@@ -318,7 +345,14 @@ def _replaced(here: Any, steps: list[Step], value: Any) -> Any:
     return replace(here, **{first: inside})
 
 
-def _with_entry(mechanism: Mechanism, path: str, value: Any) -> Mechanism:
+def _with_entry(
+    mechanism: Mechanism | HybridSystem, path: str, value: Any
+) -> Mechanism | HybridSystem:
+    if isinstance(mechanism, HybridSystem):
+        if path == "omega":
+            first = mechanism.omegas[0]
+            return replace(mechanism, omegas=tuple(value * (w / first) for w in mechanism.omegas))
+        return cast(HybridSystem, _replaced(mechanism, _steps(path), value))
     if path == "omega":
         first = mechanism.omega
         return _at_frequencies(
@@ -351,6 +385,8 @@ def _at_frequencies(mechanism: Mechanism, omegas: list[Any]) -> Mechanism:
             value = getattr(part, name)
             if name == "omega":
                 changes[name] = omegas[_line_of(lines, value)]
+            elif name == "omegas":
+                changes[name] = tuple(omegas[_line_of(lines, w)] for w in value)
             elif name in getattr(part, "records", ()) and value:
                 changes[name] = (
                     tuple(map(moved, value)) if isinstance(value, tuple) else moved(value)

@@ -1,4 +1,4 @@
-"""Systems: mechanisms, and objects with a property ``mechanism``."""
+"""Systems: mechanisms, hybrid systems, and objects that have one as property ``mechanism``."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import Any, Protocol
 from weakref import ref
 
 from vibroimpact._core.checks import refusal
+from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.mechanism import Mechanism
 
 
@@ -13,8 +14,8 @@ class HasMechanism(Protocol):
     """Object with a property ``mechanism``."""
 
     @property
-    def mechanism(self) -> Mechanism:
-        """Masses, springs, forces and stops."""
+    def mechanism(self) -> Mechanism | HybridSystem:
+        """Masses, springs, forces and stops; or modes, guards and transitions."""
 
 
 System = HasMechanism | Mechanism
@@ -28,8 +29,12 @@ def mechanism_of(system: System) -> Mechanism:
     if known and known[0]() is system:
         return known[1]
     mechanism = getattr(system, "mechanism", None)
+    if isinstance(mechanism, HybridSystem):
+        mechanism = mechanism.mechanism
     if not isinstance(mechanism, Mechanism):
-        raise refusal("system", system, "a Mechanism or have one, as a property mechanism")
+        raise refusal(
+            "system", system, "a Mechanism or HybridSystem, or have one, as a property mechanism"
+        )
     if getattr(getattr(system, "__dataclass_params__", None), "frozen", False):
         _keep(system, mechanism)
     return mechanism

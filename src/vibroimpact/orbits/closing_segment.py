@@ -279,7 +279,12 @@ def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
         if stop.contact < len(m.rigid_stops):
             found.append(Flight(code, WATCH_OF_STATUS.get(status, GAP_WATCH)))
         else:
-            watch = _watch_at(run, compiled, code, stop, int(events.first[k]))
+            at = int(events.first[k])
+            both = np.concatenate([run.position[at], run.velocity_before[at]])
+            if m.switching[0].whole:  # which may have reset the state
+                span = float(run.time[at] - events.times[k - 1])
+                both = compiled.after(events.states[k - 1], span, code)[:-1]
+            watch = _watch_at(run, compiled, code, stop, at, both)
             found.append(None if watch == GAP_WATCH else Flight(code, watch))
     return found
 
@@ -312,9 +317,8 @@ def _always_closed(m: Mechanism, codes: set[int]) -> str:
     return ""
 
 
-def _watch_at(run: Run, compiled: Prescribed, code: int, stop: Stop, at: int) -> int:
-    """Watch of an element whose limit on a side is nearest at an event; GAP_WATCH where none is near."""
-    both = np.concatenate([run.position[at], run.velocity_before[at]])
+def _watch_at(run: Run, compiled: Prescribed, code: int, stop: Stop, at: int, both: Floats) -> int:
+    """Watch of an element whose limit on a side is nearest at an event, (x, v) being ``both``; GAP_WATCH for none."""
     theta = run.start.phase + compiled.omega * run.time[at]
     y = compiled.embedded(both, theta)
     found = [(TOUCHING_OF_TERMS, GAP_WATCH)]

@@ -26,7 +26,13 @@ from vibroimpact._core.checks import check_index, check_kind, numbers, refusal, 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
-from vibroimpact.compile.prescribed import COASTING_STOP, End, Prescribed, compile_prescribed
+from vibroimpact.compile.prescribed import (
+    COASTING_STOP,
+    NONE_LEFT_OUT,
+    End,
+    Prescribed,
+    compile_prescribed,
+)
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged, later, unfolded
 from vibroimpact.orbits.orbit import Orbit
@@ -163,7 +169,7 @@ def map_of(
     kept = tuple(i for i in _measured(problem) if i != left_out)
     return SegmentMap(
         compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
-        tuple(compiled.stop_numbers(problem.ends)), (compiled.stop_numbers([first])[0], left_out),
+        tuple(compiled.stop_numbers(problem.ends)), _begin(compiled, first),
         kept, *_image_of(problem, kept), np.zeros(4), relative=_relative(problem),
     )  # fmt: skip
 
@@ -286,6 +292,14 @@ def _relative(problem: OrbitProblem) -> Floats | None:
     return whole
 
 
+def _begin(compiled: Prescribed, first: End) -> tuple[int, int]:
+    """Start of a map after an event: its stop number, and the coordinate solved for."""
+    left_out = compiled.solved_coordinate(first)
+    if left_out == NONE_LEFT_OUT:
+        return COASTING_STOP, 0
+    return compiled.stop_numbers([first])[0], left_out
+
+
 def _map(
     orbit: Orbit,
     parameter: str,
@@ -297,8 +311,7 @@ def _map(
     begun: End | None = None,
 ) -> SegmentMap:
     compiled = _compiled(orbit, parameter)
-    first = begun or orbit.signature.first
-    start = compiled.stop_numbers([first])[0], compiled.solved_coordinate(first)
+    start = _begin(compiled, begun or orbit.signature.first)
     return SegmentMap(
         compiled, np.ascontiguousarray(states), np.ascontiguousarray(durations),
         tuple(compiled.stop_numbers(ends)), start, *kept, signs, np.zeros(4), relative=_relative(orbit.problem),

@@ -11,7 +11,8 @@ Method      With dzeta_0 = E dxi in the section of the first impact and dt_k the
             det (2) = +-(product of u'_k) det(DP - lambda): pole-free test functions.          (3)
             While friction sticks its slip speed cannot change, and while a slider slips its place
             follows from the others: so many multipliers are zero as do so at once, and are set
-            to zero. The velocity of a massless coordinate is no state, and has none.             (4)
+            to zero. The velocity of a massless coordinate is no state, and has none. Where the first event
+            resets the state, K is the unit matrix, and a displacement along the flow has the multiplier zero. (4)
 Accuracy    that of the QZ algorithm, relative to the largest multiplier
 Reference   theory.md, "Periodic orbits"
 """
@@ -24,7 +25,7 @@ import numpy as np
 
 from vibroimpact._core import pencils
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact.compile.prescribed import Linearised, Prescribed
+from vibroimpact.compile.prescribed import NONE_LEFT_OUT, Linearised, Prescribed
 from vibroimpact.orbits.newton import guard_sizes
 from vibroimpact.orbits.problem import OrbitProblem
 
@@ -32,8 +33,11 @@ from vibroimpact.orbits.problem import OrbitProblem
 def section_basis(slopes: Floats, j: int) -> tuple[Floats, list[int]]:
     """(E, kept): tangents of the section of a guard, and the unknowns that are its coordinates.
 
-    ``slopes`` are the derivatives of the guard by the unknowns of a state, ``j`` is the one left out.
+    ``slopes`` are the derivatives of the guard by the unknowns of a state, ``j`` is the one left out; with
+    NONE_LEFT_OUT it is all of space.
     """
+    if j == NONE_LEFT_OUT:
+        return np.eye(len(slopes)), [*range(len(slopes))]
     kept = [i for i in range(len(slopes)) if i != j]
     basis = np.eye(len(slopes))[:, kept]
     basis[j] = -slopes[kept] / slopes[j]
@@ -91,7 +95,8 @@ class PencilOf:
         self.problem, self.sizes = problem, sizes
         self._guards = guard_sizes(problem, sizes)
         self._times = np.full(len(self._guards), sizes[problem.size])
-        self._free = problem.size - 1 - len(problem.pivots)
+        self._jumps = problem.left_out(problem.own) == NONE_LEFT_OUT
+        self._free = problem.size - (not self._jumps) - len(problem.pivots)
         width = self._free + len(self._guards)
         self._marks = np.diag(np.arange(width) < self._free).astype(float)
 
@@ -118,4 +123,4 @@ class PencilOf:
         rows = np.concatenate([self.sizes[kept], self._guards])
         columns = np.concatenate([self.sizes[kept], self._times])
         scaled = np.vstack([ends, gaps]) / rows[:, None] * columns
-        return Pencil(scaled, self._marks, free, max(compiled.layout.forgotten))
+        return Pencil(scaled, self._marks, free, max(compiled.layout.forgotten) + self._jumps)

@@ -57,8 +57,9 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
     n, time = compiled.degrees, durations.max()
     moved = compiled.sampled(states, durations, problem.modes)
     place, speed = moved[:, compiled.heavy], _fastest(compiled, moved)
-    far = LEAST_SIZE_OF_POSITION * max([np.abs(place).max(), *stop_sizes(problem.mechanism)])
-    length = max(np.ptp(place, axis=0).max(), speed * time, far) or 1.0
+    largest = np.abs(place).max(initial=0.0)
+    far = LEAST_SIZE_OF_POSITION * max([largest, *stop_sizes(problem.mechanism)])
+    length = max(np.ptp(place, axis=0).max(initial=0.0), speed * time, far) or 1.0
     sizes = np.ones(compiled.size)
     sizes[:n], sizes[n : 2 * n] = length, speed or length / time
     if compiled.massless:
@@ -68,8 +69,8 @@ def scale_of(problem: OrbitProblem, z: Floats) -> Floats:
 
 
 def _fastest(compiled: Prescribed, moved: Floats) -> float:
-    """Largest speed of a coordinate with mass."""
-    return float(np.abs(moved[:, compiled.degrees :][:, compiled.heavy]).max())
+    """Largest speed of a coordinate with mass; 0 where none has."""
+    return float(np.abs(moved[:, compiled.degrees :][:, compiled.heavy]).max(initial=0.0))
 
 
 def _sizes_of_massless(compiled: Prescribed, moved: Floats, time: float) -> Floats:
@@ -154,10 +155,10 @@ def _step(matrix: Floats, residual: Floats) -> Floats:
 
 
 def _rests(problem: OrbitProblem, z: Floats, sizes: Floats) -> bool:
-    """Whether the motion is at rest; a forced motion never is."""
-    if problem.mechanism.forces:
-        return False
+    """Whether the motion is at rest; a forced motion never is, nor one of states that have no mass."""
     compiled, (states, durations) = problem.own, problem.unpacked(z)
+    if problem.mechanism.forces or not compiled.heavy:
+        return False
     n, moved = compiled.degrees, compiled.sampled(states, durations, problem.modes)
     speed, place = _fastest(compiled, moved), np.abs(moved[:, compiled.heavy]).max()
     return bool(

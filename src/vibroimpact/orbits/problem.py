@@ -37,6 +37,7 @@ from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
     GAP_WATCH,
+    NONE_LEFT_OUT,
     PHASE,
     PHASE_WATCH,
     End,
@@ -573,4 +574,5 @@ class OrbitProblem:
 
     def left_out(self, compiled: Prescribed, end: End | None = None) -> int:
         """Number, among the unknowns of a state, of the one that the section of an event leaves out."""
-        return self.kept.index(compiled.solved_coordinate(end or self.signature.first))
+        found = compiled.solved_coordinate(end or self.signature.first)
+        return found if found == NONE_LEFT_OUT else self.kept.index(found)

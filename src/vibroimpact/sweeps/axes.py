@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from vibroimpact._core.checks import numbers, refusal
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
+from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value, with_parameters, with_values
 from vibroimpact.model.state import COORDINATE
@@ -94,7 +95,7 @@ def _build(system: System, values: Mapping[str, float]) -> None:
     try:
         mechanism_of(with_parameters(system, values))
     except InvalidParameterError as error:
-        if not isinstance(system, Mechanism):
+        if not isinstance(system, Mechanism | HybridSystem):
             raise
         raise InvalidParameterError(with_values(str(error), values)) from error
 

@@ -63,6 +63,7 @@ from vibroimpact.sweeps.starts import Start, Starts, grid_of, starts_of
 MORE_IMPACTS = 64
 LARGEST_COUNTED_RESTITUTION = 0.999
 ROUNDING_UNIT = float(np.finfo(float).eps)
+EVENTS_OF_HYBRID_SYSTEMS = 2.0**24
 LONGEST_PERIODS = 1e100  # times stay finite up to so many forcing periods
 EXAMINED_STARTS = 4096.0  # the default of most_impacts is found from so many starts
 
@@ -242,6 +243,8 @@ def plan_of(
 
 def _ordinary(mechanism: Mechanism, length: float, starts: Starts) -> float:
     """Upper estimate of impacts of ordinary motion in so many forcing periods or units of time."""
+    if any(element.whole for element in mechanism.switching):
+        return EVENTS_OF_HYBRID_SYSTEMS  # nothing says how fast their modes follow each other
     stiffness, damping = np.array(mechanism.stiffness), np.array(mechanism.damping)
     for element in mechanism.switching:
         if sides := element.stiffest:

@@ -71,15 +71,17 @@ class Constraint(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """A row on (y, 1) that stays within limits while a state lasts; an impulse acts where it leaves them.
+    """A row on (y, 1) that stays within limits while a state lasts; the motion may jump where it leaves them.
 
-    ``impulse`` is its number among those of the element, -1 for none.
+    ``jump`` is the number of an impulse, or of a reset, among those of the element, -1 for none; ``target`` the
+    state that follows, -1 where the forces decide.
     """
 
     row: Vector
     lower: float
     upper: float
-    impulse: int = -1
+    jump: int = -1
+    target: int = -1
 
 
 class Hold(NamedTuple):

@@ -61,6 +61,9 @@ class Element(ABC):
     is_stop: ClassVar[bool] = False  #: whether it has a place, and is met there
     free: ClassVar[frozenset[int]] = frozenset()  #: the states within a stop that are without force
     by_time: ClassVar[bool] = False  #: whether time alone changes its state
+    whole: ClassVar[bool] = (
+        False  #: whether it is all of a machine: its states say which one follows
+    )
     holding: ClassVar[IntEnum | None] = None  #: the state in which it prescribes row . v
     slipping: ClassVar[frozenset[IntEnum]] = frozenset()  #: the states in which it rubs
 
@@ -147,6 +150,16 @@ class Element(ABC):
     @property
     def own_impulses(self) -> tuple[tuple[float, ...], ...]:
         """Impulses that it gives at changes of its state, shape (n,) each, by their number."""
+        return ()
+
+    @property
+    def flows(self) -> Sequence[Any]:
+        """Matrices of its states, shape (n, n) each, where it is all of a machine."""
+        return ()
+
+    @property
+    def resets(self) -> Sequence[Any]:
+        """Jumps x <- matrix x + shift of the coordinates at changes of its state, by their number."""
         return ()
 
     @property
