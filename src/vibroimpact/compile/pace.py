@@ -52,7 +52,7 @@ def paced_parts(m: Mechanism) -> list[list[Any]]:
     lifts = linear.transpose(solve([[force[i] for force in forces] for i in heavy]))
     out = []
     for e in m.elements:
-        if not e.row:
+        if not (e.is_stop or e.slipping):
             continue
         row, grip = [e.row[i] for i in heavy], e.grip
         still, *driving = (_along(row, lift) for lift in lifts)
