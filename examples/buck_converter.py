@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import argparse
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 import vibroimpact as vi
-from vibroimpact.plotting import save
+from vibroimpact.plotting import save, style
 
 STILL, TICK = [[0.0, 0.0], [0.0, 0.0]], [0.0, -1.0]
-START = vi.State((0.5, 0.0), (0.0, 0.0))
+START = vi.State((1.5, 0.0), (0.0, 0.0))
 
 
-def converter(load: float = 1.0, supply: float = 3.0, peak: float = 1.0) -> vi.HybridSystem:
+def converter(load: float = 1.0, supply: float = 3.0, peak: float = 2.0) -> vi.HybridSystem:
     """The current, and a clock that runs from 0 to 1."""
     return vi.HybridSystem(
         modes={
@@ -40,22 +39,27 @@ def main(out: str | None = None) -> None:
     family = vi.Family(converter)
     orbit = vi.find_orbit(family, vi.simulate(family, START, t_max=60.0))
     print(f"multiplier {orbit.multipliers[0].real:.12f}, closed form {-1.0 / 2.0}")
-    branch = vi.continue_orbit(orbit, "load", (1.0, 1.9), inadmissible=True, progress=False)
+    branch = vi.continue_orbit(orbit, "load", (1.0, 1.9), inadmissible=True)
     (doubling,) = branch.special_points
     print(f"{doubling.label} at load = {doubling.parameters['load']:.12f}, closed form {3.0 / 2.0}")
 
-    _, ax = plt.subplots(figsize=(5.4, 2.8), layout="constrained")
-    for load in np.linspace(1.0, 1.9, 91):
-        ticks = vi.section(family.replace(load=load), START, at=vi.AtChange(0, "MODE_0"), points=40)
-        ax.plot(np.full(40, load), ticks.x1, ",", color="#0072B2")
-    loads = np.linspace(1.0, 1.9, 2)
-    ax.plot(loads, 1.0 - loads * (1.0 - loads / 3.0), "--", color="#8C8C8C", linewidth=1.0)
-    ax.axvline(1.5, color="#D55E00", linewidth=1.0)
-    ax.set(xlabel="load, in volts; the supply has 3", ylabel="current at a tick")
-    save(ax, out)
+    loads = np.linspace(1.0, 1.9, 61)
+    with style.drawing(None) as ax:
+        for load in loads:
+            ticks = vi.section(
+                family.replace(load=load), START, at=vi.AtChange(0, "MODE_0"), points=40
+            )
+            ax.plot(np.full(40, load), ticks.x1, ".", color=style.BLUE, markersize=1.5)
+        ax.plot(loads, 2.0 - loads * (1.0 - loads / 3.0), color=style.GREY, linestyle=":")
+        ax.axvline(1.5, color=style.GREY, linestyle=":")
+        ax.set(xlabel="load (the supply is 3)", ylabel="current at a tick")
+    if out:
+        save(ax, out)
+    else:
+        print("no picture is written: give --out FILE")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", help="file of the picture")
+    parser.add_argument("--out", metavar="FILE", help="where to write the picture (SVG, PNG, PDF)")
     main(parser.parse_args().out)

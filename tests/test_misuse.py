@@ -227,7 +227,8 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "PhaseSwitch": (
             vi.PhaseSwitch,
             {"omega": 1.0, "phases": (0.0, 1.0), "forces": ((1.0,), (0.0,)),
-             "impulses": ((0.0,), (1.0,))},
+             "impulses": ((0.0,), (1.0,)), "row": (1.0,), "stiffness": (1.0, 2.0),
+             "damping": (0.1, 0.2)},
         ),
         "HybridSystem": (
             vi.HybridSystem,

@@ -22,7 +22,7 @@ HERTZ = "Hertz's law of contact; several soft stops approximate it"
 DELAY = "forces with a delay"
 NOISE = "random forces; a given record is simulated by `simulate_record`"
 MANY = "more than 20 coordinates"
-PERIODIC = "coefficients that vary with time"
+PERIODIC = "coefficients that vary smoothly with time; steps are a `PhaseSwitch`"
 
 
 class Model(NamedTuple):

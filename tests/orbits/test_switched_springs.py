@@ -73,7 +73,8 @@ def test_the_trace_of_the_meissner_equation_is_its_closed_form() -> None:
 def test_a_mesh_moves_as_an_integrator_says_that_is_told_of_its_steps() -> None:
     run = vi.simulate(MESH, START, t_max=3.0 * 2.0 * math.pi / 0.9)
     y, t = np.zeros(2), 0.0
-    for end, k in [((2.0 * math.pi * n + p) / 0.9, k) for n in range(3) for p, k in ((2.0, 1.6), (2.0 * math.pi, 0.8))]:  # fmt: skip
+    arcs = ((2.0, 1.6), (2.0 * math.pi, 0.8))
+    for end, k in [((2.0 * math.pi * n + p) / 0.9, k) for n in range(3) for p, k in arcs]:
         found = solve_ivp(
             lambda _, y, k=k: [y[1], 0.3 - 0.1 * y[1] - k * y[0]], (t, end), y, rtol=1e-12, atol=1e-13
         )  # fmt: skip

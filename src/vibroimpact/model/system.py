@@ -18,7 +18,7 @@ class HasMechanism(Protocol):
         """Masses, springs, forces and stops; or modes, guards and transitions."""
 
 
-System = HasMechanism | Mechanism
+System = HasMechanism | Mechanism | HybridSystem
 
 
 def mechanism_of(system: System) -> Mechanism:
