@@ -104,6 +104,7 @@ def check_equal_bits(system: System, values: Values, codes: tuple[int, ...] = ()
             assert tables.dense == kernel.system["dense"]
             assert tables.mixed == kernel.system["mixed"]
             alone, together = given_alone(kernel), given_together(tables, row)
+            alone["damping"] = mechanism_of(one).damping  # which observers take
             assert alone.keys() == together.keys()
             for name, part in alone.items():
                 assert bits(part) == bits(together[name]), (name, k)

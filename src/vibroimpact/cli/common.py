@@ -22,6 +22,7 @@ from vibroimpact.machines.quantities import TURN, Measured, checked, number_in
 from vibroimpact.machines.registry import DEFAULT, MACHINES, case_named, cases_of, machine_of
 from vibroimpact.machines.toml_file import OF_STATE, PHYSICAL, Case, HybridCase, read_case
 from vibroimpact.machines.units import Units, quantities_of
+from vibroimpact.model.hybrid_system import HybridSystem
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import names_of, with_parameters
 from vibroimpact.model.state import STATE, State
@@ -34,7 +35,7 @@ from vibroimpact.results.files import SUFFIXES as DATA
 from vibroimpact.simulation.places import At, AtChange, AtPhase, AtStop
 from vibroimpact.sweeps.axes import corners
 
-System = Machine | Mechanism
+System = Machine | Mechanism | HybridSystem
 ROLE = re.compile(r":\w+:`~?(?:\w+\.)*(\w+)`")  # :func:`~vibroimpact.plane`
 SIGNS = ("plus", "minus")  # in the order of known_orbits
 PLACE = "Where section points are taken: A or B, the upper or the lower stop, B1 that of contact 1"
