@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import brentq
+from vibroimpact_papers.witness import once_a_period
 
 import vibroimpact as vi
 from vibroimpact.orbits.find import unfolded
@@ -54,8 +55,7 @@ def test_a_touch_meets_the_flip_of_a_mass_that_it_does_not_act_on() -> None:
     bounds = ((0.33, 0.36), (-0.08, -0.04))
     curve = vi.continue_bifurcation(touch, ("u", "w"), bounds, steps=FEW)
     point = curve["PD_1"]
-    e = closed(omega, ZETA)
-    expected = e[2] / math.hypot(1.0 + e[0] * e[3], e[1] * e[3] / omega)
+    expected = float(once_a_period(omega, ZETA, R).flip)
     assert point.parameters["u"] + point.parameters["w"] == pytest.approx(expected, abs=1e-9)
     assert point.parameters["u"] - point.parameters["w"] == pytest.approx(reach, abs=1e-9)
     form = point.normal_form
@@ -73,20 +73,6 @@ def apart(u: float, w: float) -> vi.Mechanism:
             vi.RigidStop((0.0, 1.0), upper=u - w, restitution=0.6),
         ),
     )  # fmt: skip
-
-
-def closed(omega: float, zeta: float) -> tuple[float, float, float, float]:
-    """a, b, A and kappa of test_grazing_contacts.py."""
-    w, t = math.sqrt(1.0 - zeta**2), 2.0 * math.pi / omega
-    decay = math.exp(-zeta * t)
-    q = decay * complex(math.cos(w * t), math.sin(w * t))
-    s = q / (1.0 - q)
-    a = (1.0 + R) * s.imag / w
-    b = 1.0 + (1.0 + R) * (s.real - zeta * s.imag / w)
-    kick = (1.0 + R) * decay * math.sin(w * t) / w
-    rest = 1.0 + (R * decay) ** 2 - 2.0 * R * decay * math.cos(w * t)
-    kappa = omega**2 * kick / (rest + kick * ((1.0 - omega**2) * a + 2.0 * zeta * b))
-    return a, b, 1.0 / math.hypot(1.0 - omega**2, 2.0 * zeta * omega), kappa
 
 
 # ---- SIDE, SN and NS -----------------------------------------------------------------------------
@@ -161,8 +147,7 @@ def test_the_orbit_with_an_impact_changes_its_side_where_impulses_do_not_move_th
 def test_a_touch_meets_the_fold_of_a_mass_that_it_does_not_act_on() -> None:
     """The first mass folds at the largest stop that it meets once a period, the second one touches at its amplitude."""
     omega = 1.95
-    a, b, amplitude, _ = closed(omega, ZETA)
-    fold = amplitude * math.hypot(1.0, a * omega / b)
+    fold = float(once_a_period(omega, ZETA, R).fold)
     touching = 1.0 / math.hypot(2.0 - omega**2, 0.3 * omega)
     far, near = (
         vi.Family(apart_at, omega=omega, first=0.97 * fold, second=share * touching)

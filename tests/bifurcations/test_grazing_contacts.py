@@ -1,24 +1,18 @@
 """Where curves of bifurcations end because an orbit touches a stop, against closed forms and power laws.
 
-One impact per forcing period T of x'' + 2 zeta x' + x = cos(omega t) at the stop x = g, with V the speed before it: the
-motion is A cos(omega t + phi) plus the response to impulses -(1 + r) V at equal times. With S = q / (1 - q),
-q = exp((-zeta + i omega_d) T), that response has the place a V below and the rate b V - V at the impact, so that
-
-    (g + a V)^2 + (b V / omega)^2 = A^2,  a = (1 + r) Im S / omega_d,  b = 1 + (1 + r)(Re S - zeta Im S / omega_d)
-
-[Shaw and Holmes, J. Sound Vib. 90 (1983) 129]. V = 0 is g = A. SN is the largest g: g^2 = A^2 (1 + (a omega / b)^2).
-On PD the trace of the map is -(1 + r^2 e^(-2 zeta T)), which is linear in V / g: V = kappa g. Both meet V = 0 where
-a = 0: omega_d T = pi.
+Motions with one impact of speed V a period are those of vibroimpact_papers.witness: V = 0 is g = A, SN the largest g,
+on PD V = kappa g. Both meet V = 0 where a = 0: omega_d T = pi.
 """
 
 from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
+from vibroimpact_papers.witness import OnceAPeriod, once_a_period
 
 import vibroimpact as vi
 from vibroimpact.bifurcations.grazing_contact import free_gap_rate
@@ -31,28 +25,8 @@ BOUNDS = ((1.9, 2.08), (0.28, 0.4))
 FEW = vi.Steps(first=0.2, points=100)
 
 
-class Closed(NamedTuple):
-    """Coefficients of the ellipse, A, and kappa of PD."""
-
-    a: Any
-    b: Any
-    amplitude: Any
-    kappa: Any
-
-
-def closed(omega: Any) -> Closed:
-    t = 2.0 * np.pi / omega
-    decay = np.exp(-ZETA * t)
-    q = decay * np.exp(1j * OMEGA_D * t)
-    s = q / (1.0 - q)
-    a = (1.0 + R) * s.imag / OMEGA_D
-    b = 1.0 + (1.0 + R) * (s.real - ZETA * s.imag / OMEGA_D)
-    amplitude = 1.0 / np.hypot(1.0 - omega**2, 2.0 * ZETA * omega)
-    # saltation [-r, 0; (1 + r)(f - g) / V, -r] with the force f = (1 - omega^2)(g + a V) + 2 zeta b V
-    kick = (1.0 + R) * decay * np.sin(OMEGA_D * t) / OMEGA_D
-    rest = 1.0 + (R * decay) ** 2 - 2.0 * R * decay * np.cos(OMEGA_D * t)
-    kappa = omega**2 * kick / (rest + kick * ((1.0 - omega**2) * a + 2.0 * ZETA * b))
-    return Closed(a, b, amplitude, kappa)
+def closed(omega: Any) -> OnceAPeriod:
+    return once_a_period(omega, ZETA, R)
 
 
 def slope_at_the_point() -> tuple[float, float, float]:
@@ -107,8 +81,8 @@ def test_all_three_curves_are_those_of_the_closed_form() -> None:
         e = closed(omega)
         expected = {
             "ZERO": e.amplitude,
-            "SN": e.amplitude * np.hypot(1.0, e.a * omega / e.b),
-            "PD": e.amplitude / np.hypot(1.0 + e.a * e.kappa, e.b * e.kappa / omega),
+            "SN": e.fold,
+            "PD": e.flip,
         }[curve.kind]
         np.testing.assert_allclose(g, expected, rtol=0.0, atol=1e-9)
         assert omega.min() < AT < omega.max()

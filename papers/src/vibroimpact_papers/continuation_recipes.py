@@ -148,14 +148,15 @@ def the_two_segments(claim: Claim) -> RuleResult:
     phase = float(orbit().states[0, 2])
     times = math.pi + phase, math.pi - phase
     exact = impact_in_closed_form()[1]
+    own = math.pi + exact, math.pi - exact
     holds = all(
-        abs(time - number(claim, key)) <= half_unit(1)
-        for time, key in zip(times, ("before", "after"), strict=True)
+        abs(time - number(claim, key)) <= half_unit(1) and abs(time - by_hand) < 1e-9
+        for time, by_hand, key in zip(times, own, ("before", "after"), strict=True)
     )
     return rule_result(
         holds,
         f"{times[0]:.6f} and {times[1]:.6f}",
-        f"π ± the phase of the impact in closed form: {math.pi + exact:.6f}, {math.pi - exact:.6f}",
+        f"π ± the phase of the impact in closed form: {own[0]:.6f}, {own[1]:.6f}",
     )
 
 

@@ -67,12 +67,8 @@ def damper(eps: float, omega: float, clearance: float) -> vi.ImpactDamper:
 
 def amplitudes(machine: vi.ImpactDamper) -> list[float]:
     """First harmonics of x1 of the symmetric orbits, one impact at each stop in a period, smaller first."""
-    found = []
-    t = np.arange(256) * machine.period / 256
-    for one in vi.symmetric_orbits(machine):
-        x, _ = vi.simulate(machine, one.state, t_max=machine.period, impacts=10).at(t)
-        found.append(float(abs(np.fft.rfft(x[:, 0])[1]) / 128.0))
-    return sorted(found)
+    measure = vi.measure_of(machine, "harmonic 1 x1")
+    return sorted(measure.of_orbit(one) for one in vi.symmetric_orbits(machine))
 
 
 @cache

@@ -12,7 +12,7 @@ import vibroimpact as vi
 from vibroimpact.plotting.bifurcation_diagram import plot_bifurcation_diagram
 from vibroimpact_papers.judged import Claim, RuleResult, rule_result
 from vibroimpact_papers.publication import Publication
-from vibroimpact_papers.witness import next_impact
+from vibroimpact_papers.witness import next_impact, speeds_of_impacts
 
 PAPER = Publication(
     name="piecewise-linear",
@@ -114,12 +114,8 @@ def single_and_multiple_impacts(_: Claim) -> RuleResult:
         run = vi.simulate(impacting(omega), vi.State((0.0,), (-0.4,), 0.2), impacts=1500)
         orbit = vi.find_orbit(impacting(omega), run)
         symbols.append(f"{orbit.symbol}{', stable' if orbit.stable else ''}")
-        t, v, speeds = 0.2 / omega, 0.4, []
-        for _i in range(300):
-            t, before = next_impact(t, v, omega, 0.0)
-            v = R * before
-            speeds.append(before)
-        counts.append(len(np.unique(np.round(speeds[-24:], 5))))
+        speeds = speeds_of_impacts(omega, 0.0, R, 0.2 / omega, 0.4, settle=276, kept=24)
+        counts.append(len(np.unique(np.round(speeds, 5))))
     return rule_result(
         symbols == ["1-1-0, stable", "2-2-0, stable"] and counts == [1, 2],
         f"\u03c9 = 2.5: {symbols[0]}; \u03c9 = 2.7: {symbols[1]}",

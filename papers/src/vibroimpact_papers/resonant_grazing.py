@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib import pyplot as plt
@@ -14,6 +14,7 @@ import vibroimpact as vi
 from vibroimpact.plotting import style
 from vibroimpact_papers.judged import Claim, RuleResult, rule_result
 from vibroimpact_papers.publication import Publication
+from vibroimpact_papers.witness import OnceAPeriod, once_a_period
 
 PAPER = Publication(
     name="resonant-grazing",
@@ -41,37 +42,9 @@ def oscillator(omega: float, clearance: float) -> vi.ImpactOscillator:
     return vi.ImpactOscillator(zeta=ZETA, omega=omega, restitution=R, clearance=clearance)
 
 
-class Closed(NamedTuple):
-    """Witness: closed forms of motions with one impact in a period T = 2 pi / omega.
-
-    With S = q / (1 - q), q = exp((-zeta + i w) T), an impact of speed V before shifts the place by a V below the
-    forced motion and its rate by (b - 1) V, so that (g + a V)^2 + (b V / omega)^2 = A^2 with
-    a = (1 + R) Im S / w, b = 1 + (1 + R)(Re S - zeta Im S / w). The fold is the largest g. On the period doubling
-    the trace of the map is -(1 + R^2 exp(-2 zeta T)), which is linear in V / g: V = kappa g.
-    """
-
-    grazing: Any
-    fold: Any
-    flip: Any
-
-
-def closed(omega: Any) -> Closed:
-    """Clearances of grazing, fold and period doubling."""
-    t = 2.0 * math.pi / omega
-    decay = np.exp(-ZETA * t)
-    q = decay * np.exp(1j * OMEGA_D * t)
-    s = q / (1.0 - q)
-    a = (1.0 + R) * s.imag / OMEGA_D
-    b = 1.0 + (1.0 + R) * (s.real - ZETA * s.imag / OMEGA_D)
-    amplitude = 1.0 / np.hypot(1.0 - omega**2, 2.0 * ZETA * omega)
-    kick = (1.0 + R) * decay * np.sin(OMEGA_D * t) / OMEGA_D
-    rest = 1.0 + (R * decay) ** 2 - 2.0 * R * decay * np.cos(OMEGA_D * t)
-    kappa = omega**2 * kick / (rest + kick * ((1.0 - omega**2) * a + 2.0 * ZETA * b))
-    return Closed(
-        amplitude,
-        amplitude * np.hypot(1.0, a * omega / b),
-        amplitude / np.hypot(1.0 + a * kappa, b * kappa / omega),
-    )
+def closed(omega: Any) -> OnceAPeriod:
+    """Witness: closed forms of motions with one impact in a period."""
+    return once_a_period(omega, ZETA, R)
 
 
 def bends() -> tuple[float, float]:
@@ -82,7 +55,7 @@ def bends() -> tuple[float, float]:
     slope = -(1.0 + R) * decay * rate / (1.0 + decay) ** 2  # of a
     b = 1.0 - (1.0 + R) * decay / (1.0 + decay)
     kappa = -(at**2) * (1.0 + R) * decay * rate / (1.0 + R * decay) ** 2  # slope of kappa
-    size = float(closed(at).grazing)
+    size = float(closed(at).amplitude)
     return size * (slope * at / b) ** 2 / 2.0, -size * (slope * kappa + (b * kappa / at) ** 2 / 2.0)
 
 
@@ -117,7 +90,7 @@ def a_rational_multiple(_: Claim) -> RuleResult:
     return rule_result(
         abs(ratio - 2.0) < 1e-8,
         f"codimension two at ω = {at['omega']:.9f} = {ratio:.9f} ω_d, g = {at['clearance']:.9f}",
-        f"closed form: a = 0 at ω_d T = π, ω = 2 ω_d, g = {float(closed(2.0 * OMEGA_D).grazing):.9f}",
+        f"closed form: a = 0 at ω_d T = π, ω = 2 ω_d, g = {float(closed(2.0 * OMEGA_D).amplitude):.9f}",
         ratio=ratio,
     )
 
@@ -173,7 +146,7 @@ def no_chaos_near_resonance(_: Claim) -> RuleResult:
     """Attractors a thousandth past grazing, at resonance and away from it; the witness has own impacts."""
     found = {}
     for omega in (2.0 * OMEGA_D, 2.15 * OMEGA_D):
-        clearance = 0.999 * float(closed(omega).grazing)
+        clearance = 0.999 * float(closed(omega).amplitude)
         attractor = vi.classify(oscillator(omega, clearance), vi.State((0.0,), (0.0,)))
         found[omega] = (attractor.label, repeats(omega, clearance))
     (at, own), (away, other) = found.values()
@@ -244,10 +217,10 @@ def plane() -> Axes:
     omegas = np.linspace(1.92, 2.06, 200)
     for kind, name, colour in (("SN", "fold", style.BLUE), ("PD", "flip", style.VERMILION)):
         curve = folds() if kind == "SN" else born()["PD"]
-        away = getattr(closed(omegas), name) - closed(omegas).grazing
+        away = getattr(closed(omegas), name) - closed(omegas).amplitude
         ax.plot(omegas, away, color=colour, linewidth=1.0, label=kind)
         omega, g = curve.values.T
-        ax.plot(omega, g - closed(omega).grazing, ".", color=colour, markersize=4)
+        ax.plot(omega, g - closed(omega).amplitude, ".", color=colour, markersize=4)
     ax.axhline(0.0, color="black", linewidth=0.8)
     ax.axvline(2.0 * OMEGA_D, color="black", linewidth=0.6, linestyle=":")
     ax.set(
