@@ -19,7 +19,7 @@ from vibroimpact.branches.same_orbit import loop_of, same_loop
 from vibroimpact.compile.prescribed import Linearised, Prescribed, compile_prescribed
 from vibroimpact.continuation import Stopped
 from vibroimpact.model.parameters import with_parameter
-from vibroimpact.orbits.find import mirrored, repeated, unfolded
+from vibroimpact.orbits.find import repeated, unfolded
 from vibroimpact.orbits.problem import OrbitProblem, Signature
 
 PERIODIC, AUTO, BIFURCATIONS = map(table, ("periodic.toml", "auto.toml", "bifurcations.toml"))
@@ -171,7 +171,8 @@ def test_symmetry_breaking_leads_to_two_mirror_images() -> None:
     assert Stopped.REPEATED in {end.reason for end in other.curve.ends}
     assert other.values.max() == middle
     first = other.orbit(next(i for i in range(len(other)) if 0.69 < other.values[i] < 0.7))
-    image = vi.Guess(mirrored(first.states, math.pi), first.durations)
+    (mirror,) = vi.symmetries(first.system)
+    image = vi.Guess(mirror.image(first.states, math.pi), first.durations)
     second = vi.find_orbit(first.system, image, stops="BA", cycles=1)
     for orbit in (first, second):
         assert orbit.stable
