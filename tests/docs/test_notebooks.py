@@ -77,7 +77,7 @@ def test_the_point_of_the_researcher_is_where_the_closed_form_has_it(shown: list
 @pytest.mark.parametrize("shown", ["engineer"], indirect=True)
 def test_the_damper_of_the_engineer_is_better_than_none_and_robust(shown: list[str]) -> None:
     (text,) = (one for one in shown if "dB better" in one)
-    assert float(re.findall(r"(\S+) dB better", text)[0]) > 3.0
+    assert float(re.findall(r"([\d.]+) dB better", text)[0]) > 3.0
     (ranges,) = (one for one in shown if ", from " in one)
     for best, low, high in re.findall(
         r": (\S+), from (\S+) to (\S+)", ranges.replace("</pre>", "")

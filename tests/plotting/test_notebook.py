@@ -60,12 +60,13 @@ def no_numbers(*_: object) -> None:
     raise AssertionError("it computes")
 
 
+@pytest.mark.slow
 def test_a_branch_and_a_curve_have_their_special_points_and_no_normal_form(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    branch = vi.continue_orbit(ORBIT, "omega", (0.99, 1.01), progress=False)
+    branch = vi.continue_orbit(ORBIT, "omega", (1.0, 1.01), progress=False)
     point = branch["NS1"]
-    plane, few = ((1.0, 1.01), (4.9, 5.1)), vi.Steps(points=24)
+    plane, few = ((1.0, 1.01), (4.9, 5.1)), vi.Steps(points=12)
     curve = vi.continue_bifurcation(
         point, ("omega", "half_clearance"), plane, steps=few, progress=False
     )
