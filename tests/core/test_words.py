@@ -63,3 +63,21 @@ def test_why_a_run_ended_is_printed_by_its_name() -> None:
     run = vi.simulate(OSCILLATOR, START, impacts=3)
     assert str(run.end) == f"{run.end}" == "IMPACTS"
     assert int(run.end) == 0
+
+
+@pytest.mark.parametrize(
+    ("room", "word", "name"),
+    [("machines", "Shakr", "Shaker"), ("plotting", "plot_histroy", "plot_history"),
+     ("measures", "Amplitud", "Amplitude"), ("observe", "Extrema", "Extremes")],
+)  # fmt: skip
+def test_a_misspelt_name_of_a_room_is_answered_with_the_nearest(
+    room: str, word: str, name: str
+) -> None:
+    with pytest.raises(AttributeError, match=rf"'{word}'. Did you mean {name}\?"):
+        getattr(getattr(vi, room), word)
+
+
+def test_a_family_of_a_mechanism_says_how_its_numbers_vary() -> None:
+    ball = vi.machines.BouncingBall(gravity=1.0, amplitude=1.1, omega=1.0, restitution=0.5)
+    with pytest.raises(vi.InvalidParameterError, match=r"is a mechanism.*replace\(\)"):
+        vi.Family(ball.mechanism)  # type: ignore[arg-type]

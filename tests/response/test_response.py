@@ -16,6 +16,7 @@ from vibroimpact.model.parameters import with_parameter
 from vibroimpact.orbits.stability import Stability
 from vibroimpact.plotting.report import comparison_sentence
 from vibroimpact.response import compare
+from vibroimpact.response.answers import Answer
 from vibroimpact.response.band import band_of
 from vibroimpact.response.compare import comparison
 
@@ -242,7 +243,7 @@ def test_the_picture_has_si_units_and_lines_by_stability(
     monkeypatch.setattr(compare, "COMPARED_POINTS", 12)
     ax = frame.plot(compare=("linear", "tuned"))
     assert ax.get_xlabel() == "forcing frequency $f$ [Hz]"
-    assert ax.get_ylabel() == "amplitude of $x_{1}$ [m]"
+    assert ax.get_ylabel() == "amplitude of $x_{1}$ [mm]"
     assert ax.get_xlim() == pytest.approx((5.988, 6.812))  # marks at the ends are whole
     decibel = frame.plot(decibel=True)
     assert decibel.get_ylabel() == "amplitude of $x_{1}$ [dB re 1 m]"
@@ -340,3 +341,31 @@ def test_a_band_that_fits_the_machine_in_hertz_only_is_questioned() -> None:
         band_of(FRAME, "omega", (6.0, 10.0))
     band_of(FRAME, "omega", (6.0, 10.0), "Hz")
     band_of(OSCILLATOR, "omega", (0.1, 0.2))  # whose numbers have no units
+
+
+@pytest.mark.parametrize(
+    ("symbol", "silent"),
+    [("1-0-0", True), ("2-0-0,0-0 (contact 1)", True), ("1-1-0", False), ("10-0-10", False), ("5-inf-inf", False),
+     ("1-0-0,0-1", False), ("chaotic", False), ("not periodic", False)],
+)  # fmt: skip
+def test_a_motion_is_silent_where_its_symbol_counts_no_impacts_at_all(
+    symbol: str, silent: bool
+) -> None:
+    assert Answer(1.0, 1.0, symbol).silent == silent
+
+
+def test_a_ball_that_rests_anywhere_is_not_the_worst_where_simulated_motions_hit() -> None:
+    """The resonance of a spindle stays within the clearance, but a ball with any speed hits."""
+    spindle = vi.ImpactDamper.from_physical(
+        M1=12.0, M2=0.4, K=9.6e5, C=130.0, F0=60.0, Omega=282.7, D=4e-3, restitution=0.6
+    )
+    found = vi.frequency_response(
+        spindle, "omega", (44.0, 46.0), unit="Hz", points=3, starts=0, most_branches=0, settle_periods=100,
+        periods=50, progress=False,
+    )  # fmt: skip
+    silent = found.curves[0]
+    peak = 60.0 / 12.0 / (282.8427 * 130.0 / 12.0)  # F0 / (M1 omega_n C / M1)
+    assert silent.value.max() == pytest.approx(peak, rel=1e-3)  # its maximum is one of its points
+    assert found.largest(neutral=True).value == pytest.approx(peak, rel=1e-3)
+    assert found.worst.attracting
+    assert found.worst.value < 0.8 * peak

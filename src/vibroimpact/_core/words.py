@@ -158,6 +158,11 @@ def meant(
     return f" Did you mean {' or '.join(prefix + one for one in near)}?" if near else ""
 
 
+def missing_name(module: str, name: str, known: Iterable[str]) -> AttributeError:
+    """Error for a name that a module has not, with the one that is meant."""
+    return AttributeError(f"module {module!r} has no attribute {name!r}.{meant(name, known)}")
+
+
 def missing_attribute(owner: Any, name: str, known: Iterable[str]) -> AttributeError:
     """Error for an attribute that a result has not, with the one that is meant."""
     kind = type(owner).__name__

@@ -508,10 +508,8 @@ def _on_stop(stop: str, state: dict[str, Any], system: System) -> State:
 def _default(arguments: argparse.Namespace, case: Case, over: Values) -> State:
     if case.start and not arguments.orbit:
         return case.start
-    if begins_at_rest(arguments, case):
+    if begins_at_rest(arguments, case) or not isinstance(case.system, Machine):
         return rest_of(case.system)
-    if not isinstance(case.system, Machine):
-        raise InvalidParameterError("start: missing. Give --position and --velocity, or [start].")
     at_orbit = arguments.at_orbit and has_symmetric_orbits(type(case.system))
     if arguments.orbit or at_orbit:
         return symmetric_orbit(case.system, arguments.orbit).state

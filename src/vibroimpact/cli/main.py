@@ -10,7 +10,8 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -75,7 +76,9 @@ def _ran(words: list[str], arguments: argparse.Namespace) -> int:
         if not sys.stdout:
             raise VibroImpactError("standard output is closed. Nothing was computed.")
         parser().parse_args(words, arguments)
-        sys.stdout.write(_done(arguments))
+        with warnings.catch_warnings():
+            warnings.showwarning = _warned(set())
+            sys.stdout.write(_done(arguments))
     except SystemExit as stop:  # argparse: help, version, misuse
         return stop.code if isinstance(stop.code, int) else MISUSE
     except InvalidParameterError as error:
@@ -91,6 +94,17 @@ def _ran(words: list[str], arguments: argparse.Namespace) -> int:
     except OSError as error:
         return _report(f"cannot write ({error.strerror or error}).", FAILED)
     return DONE
+
+
+def _warned(said: set[str]) -> Callable[..., None]:
+    """How warnings are shown: each as a sentence on standard error, once."""
+
+    def show(message: Warning | str, *_: object) -> None:
+        if str(message) not in said:
+            _report(str(message), DONE)
+            said.add(str(message))
+
+    return show
 
 
 def _flushed(status: int) -> int:

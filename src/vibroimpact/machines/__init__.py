@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from vibroimpact._core.words import missing_name
 from vibroimpact.machines.registry import MACHINES, machine_of_class
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ def __getattr__(name: str) -> Any:
     """Import a machine on its first use."""
     found: type[Machine] | None = machine_of_class(name)
     if found is None:
-        raise AttributeError(f"module 'vibroimpact.machines' has no attribute {name!r}")
+        raise missing_name(__name__, name, __all__)
     globals()[name] = found
     return found
 

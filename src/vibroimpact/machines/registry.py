@@ -101,9 +101,13 @@ def case_named(text: str) -> tuple[str, Mapping[str, float]]:
     named = "; ".join(f"{one}/{', '.join(cases_of(one))}" for one in MACHINES if cases_of(one))
     cases = [f"{one}/{which}" for one in MACHINES for which in cases_of(one)]
     near = meant(text, [*MACHINES, *cases], NICKNAMES)
+    if near:
+        raise InvalidParameterError(
+            f"case = {text!r}: is no machine.{near} `vibroimpact machines` lists them."
+        )
     raise InvalidParameterError(
         f"case = {text!r}: must be one of {', '.join(MACHINES)}, or a case such as {named}. Or "
-        f"give --config.{near}"
+        "give --config."
     )
 
 

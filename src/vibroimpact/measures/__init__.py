@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+from vibroimpact._core.words import missing_name
 from vibroimpact.measures.measure import (
     Amplitude,
     ContactForce,
@@ -27,3 +30,9 @@ __all__ = [
     "Rms",
     "Transmissibility",
 ]
+
+if not TYPE_CHECKING:  # type checkers know the names
+
+    def __getattr__(name: str) -> Any:
+        """Say which name is meant by one that is not there."""
+        raise missing_name(__name__, name, __all__)

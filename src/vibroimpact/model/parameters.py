@@ -84,6 +84,11 @@ class Family(Described):
     parameters: tuple[tuple[str, float], ...]
 
     def __init__(self, build: Callable[..., Mechanism | HybridSystem], **parameters: float) -> None:
+        if isinstance(build, Mechanism):
+            raise InvalidParameterError(
+                "build: is a mechanism, whose numbers vary as they are: name one by its path, such as "
+                '"stiffness[0][0]", or change it by replace(). A Family takes a function that returns a Mechanism.'
+            )
         if not callable(build):
             raise refusal("build", build, "a function that returns a Mechanism")
         name, taken = getattr(build, "__name__", repr(build)), inspect.signature(build).parameters

@@ -11,6 +11,9 @@ For a journal draw inside of ``with plotting.print_style(columns=1):`` (docs/pic
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
+from vibroimpact._core.words import missing_name
 from vibroimpact.plotting.along import plot_along
 from vibroimpact.plotting.basins import plot_basins
 from vibroimpact.plotting.bifurcation_diagram import plot_bifurcation_diagram
@@ -84,3 +87,9 @@ __all__ = [
     "print_style",
     "save",
 ]
+
+if not TYPE_CHECKING:  # type checkers know the names
+
+    def __getattr__(name: str) -> Any:
+        """Say which name is meant by one that is not there."""
+        raise missing_name(__name__, name, __all__)

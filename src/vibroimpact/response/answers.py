@@ -283,8 +283,7 @@ def _rows(way: str, members: xr.Dataset, simulation: Simulation) -> Iterator[_Ro
 
 def is_silent(symbol: str) -> bool:
     """Whether the symbol of an orbit counts no impacts."""
-    counts = symbol.partition("-")[2]
-    return not re.search(r"[1-9]", counts.partition(" ")[0])
+    return re.fullmatch(r"\d+-0-0(,0-0)*", symbol.partition(" ")[0]) is not None
 
 
 # ---- starts --------------------------------------------------------------------------------------

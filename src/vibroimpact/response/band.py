@@ -87,7 +87,7 @@ def _question(band: Band, natural: Floats) -> None:
         there = ", ".join(f"{HERTZ * x:.4g} Hz ({x:.4g} rad/s)" for x in natural[in_hertz])
         warn(
             f"bounds = ({band.low:g}, {band.high:g}): is in rad/s, far from the natural frequency of the machine, "
-            f"{there}. Give unit = 'Hz' if hertz are meant."
+            f"{there}. Give unit = 'Hz', or --unit Hz, if hertz are meant."
         )
 
 

@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
@@ -143,7 +144,7 @@ class ResponseCurve:
             if not (self.attracting(k) or reached(middle)):
                 continue
             here = max(self.value[k], self.value[k + 1])
-            peaked = self._peaked(k)
+            peaked = self.peaked(k)
             if best is not None and not peaked and not here > best.value:
                 continue
             for found in self._candidates(k, peaked=peaked):
@@ -151,7 +152,7 @@ class ResponseCurve:
                     best = found
         return best
 
-    def _peaked(self, k: int) -> bool:
+    def peaked(self, k: int) -> bool:
         """Whether a stretch has a maximum inside, by the signs of the derivative."""
         step = self.parameter[k + 1] - self.parameter[k]
         return bool(self.derivative[k] * step > 0.0 > self.derivative[k + 1] * step)
@@ -164,12 +165,12 @@ class ResponseCurve:
                 self.attracting(k), derivative=float(self.derivative[j]),
                 orbit=self.motion_near(k, float(p[j])),
             )  # fmt: skip
-        if peaked and (place := self._summit(k)) is not None:
+        if peaked and (place := self.summit(k)) is not None:
             motion = self.motion_near(k, place)
             if motion is not None:
                 yield self.answer(motion, place, k)
 
-    def _summit(self, k: int) -> float | None:
+    def summit(self, k: int) -> float | None:
         """Zero of the derivative on a stretch."""
         from scipy.optimize import brentq
 
@@ -270,7 +271,7 @@ class WithoutImpacts:
 def curve_without_impacts(
     system: System, name: str, values: Floats, measure: Measure
 ) -> ResponseCurve | str:
-    """Measure the motion without impacts at values of the parameter and where it grazes."""
+    """Measure the motion without impacts at values of the parameter, at its maxima, and where it grazes."""
     free = WithoutImpacts(system, name)
     motion = free.motion
 
@@ -282,7 +283,18 @@ def curve_without_impacts(
     if isinstance(first, str):
         return first
     grazes = _touches(gap, values)
-    touches = [graze.parameter for graze in grazes]
+    curve = _without_impacts(free, np.unique(values), grazes, measure)
+    summits = [curve.summit(k) for k in range(len(curve.value) - 1) if curve.peaked(k)]
+    found = [place for place in summits if place is not None]
+    return _without_impacts(free, np.union1d(values, found), grazes, measure) if found else curve
+
+
+def _without_impacts(
+    free: WithoutImpacts, values: Floats, grazes: list[LocatedPoint], measure: Measure
+) -> ResponseCurve:
+    """The curve through motions without impacts at values of the parameter, and where these graze."""
+    name, motion, touches = free.parameter, free.motion, [graze.parameter for graze in grazes]
+    first = cast(FreeMotion, motion(float(values[0])))
     p = np.unique(np.append(values, touches))
     along, least, opened = [], np.empty(len(p)), np.empty(len(p), dtype=np.int64)
     for k, value in enumerate(p.tolist()):

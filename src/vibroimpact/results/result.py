@@ -283,9 +283,10 @@ def dataframe_of(data: xr.Dataset, dim: str = "") -> pd.DataFrame:
                 data[along_rows].broadcast_like(data[list(lead)]).values.ravel()
             )
             units[str(along_rows)] = data[along_rows].attrs.get("units", "")
-    for name, variable in data.data_vars.items():
-        if variable.dims[: len(lead)] != lead:
+    for name, given in data.data_vars.items():
+        if not set(lead) <= set(given.dims):
             continue
+        variable = given.transpose(*lead, ...)
         flat = _in_words(variable).reshape(count, -1)
         if variable.ndim == len(lead):
             named = {str(name): flat[:, 0]}
