@@ -68,7 +68,7 @@ def test_why_a_run_ended_is_printed_by_its_name() -> None:
 @pytest.mark.parametrize(
     ("room", "word", "name"),
     [("machines", "Shakr", "Shaker"), ("plotting", "plot_histroy", "plot_history"),
-     ("measures", "Amplitud", "Amplitude"), ("observe", "Extrema", "Extremes")],
+     ("measures", "Amplitudes", "Amplitude"), ("observe", "Extrema", "Extremes")],
 )  # fmt: skip
 def test_a_misspelt_name_of_a_room_is_answered_with_the_nearest(
     room: str, word: str, name: str
