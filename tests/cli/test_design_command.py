@@ -50,7 +50,7 @@ def test_design_prints_and_writes_the_best_machine_of_the_library(
     text = said([*ARGV, "--out", "d.nc", "--out", "d.html"], capsys)
     assert repr(best) in text
     low, high, _ = best.robust()["half_clearance"]
-    assert f"within 1 dB from {low:.6g} to {high:.6g} m" in text
+    assert f"within 1 dB from {1e3 * low:.6g} to {1e3 * high:.6g} mm" in text
     with xr.open_dataset("d.nc", engine="h5netcdf") as found:
         assert float(found.best_value) == best.value
     page = Page(Path("d.html").read_text(encoding="utf-8"))

@@ -17,7 +17,6 @@ AXIS_ARGUMENTS = ("x", "y")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     common.add_start(parser)
-    parser.set_defaults(or_rest=True)
     common.add_arguments_of(
         parser, section, POINT_ARGUMENTS,
         at=f"{common.PLACE}; {common.PHASE}; change=ELEMENT, where it changes its state, or "

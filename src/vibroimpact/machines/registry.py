@@ -98,13 +98,14 @@ def case_named(text: str) -> tuple[str, Mapping[str, float]]:
         return name, {}
     if name in MACHINES and case in cases_of(name):
         return name, cases_of(name)[case]
-    named = "; ".join(f"{one}/{', '.join(cases_of(one))}" for one in MACHINES if cases_of(one))
-    cases = [f"{one}/{which}" for one in MACHINES for which in cases_of(one)]
-    near = meant(text, [*MACHINES, *cases], NICKNAMES)
-    if near:
+    if name in MACHINES:
+        known = f", or with one of {', '.join(cases_of(name))}" if cases_of(name) else ""
+        raise InvalidParameterError(f"case = {text!r}: must be {name} alone{known}.")
+    if near := meant(name, MACHINES, NICKNAMES):
         raise InvalidParameterError(
             f"case = {text!r}: is no machine.{near} `vibroimpact machines` lists them."
         )
+    named = "; ".join(f"{one}/{', '.join(cases_of(one))}" for one in MACHINES if cases_of(one))
     raise InvalidParameterError(
         f"case = {text!r}: must be one of {', '.join(MACHINES)}, or a case such as {named}. Or "
         "give --config."
