@@ -476,8 +476,9 @@ struct machine {
         options.tolerance = tolerance;
         options.returns = returns;
         const double omega = b.lines ? b.omegas[0] : 0.0;
-        seen.prepare(options, vi::member_start<Flow>{
-                                  settle, observe, omega, phase, b.steps[0], map(0), {}, {}});
+        seen.prepare(options,
+                     vi::member_start<Flow>{
+                         settle, observe, omega, phase, b.steps[0], map(0), {}, {}, nullptr});
         looker see{*this, settle, seen};
         go_on(settle + observe, vi::infinity(), 4 * impacts + 64, impacts, see);
         const auto found = seen.result();
