@@ -261,6 +261,7 @@ def motion(seed: int) -> tuple[vi.Mechanism, vi.State]:
 def test_motions_are_those_of_the_full_matrix(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     mechanism, state = motion(seed)
     monkeypatch.setattr(hybrid, "_compiled", hybrid._compiled.__wrapped__)
+    monkeypatch.setattr(hybrid, "_hybrid", hybrid._hybrid.__wrapped__)
     compiled = Hybrid(mechanism)
     assert compiled.mixed
     assert not compiled.dense
@@ -286,6 +287,7 @@ def test_rest_on_several_stops_is_that_of_the_full_matrix(
     """Bouncing, at rest and after. Chatter may be summed an impact earlier in one of them."""
     mechanism, state = heavy(seed, "general")
     monkeypatch.setattr(hybrid, "_compiled", hybrid._compiled.__wrapped__)
+    monkeypatch.setattr(hybrid, "_hybrid", hybrid._hybrid.__wrapped__)
     assert Hybrid(mechanism).mixed
     run = vi.simulate(mechanism, state, impacts=30)
     full_matrix(monkeypatch)

@@ -83,6 +83,7 @@ def test_non_proportional_damping_flies_to_rounding(
     if dense:
         monkeypatch.setattr(hybrid, "decoupled", lambda *_: None)
     monkeypatch.setattr(hybrid, "_compiled", hybrid._compiled.__wrapped__)
+    monkeypatch.setattr(hybrid, "_hybrid", hybrid._hybrid.__wrapped__)
     rng = np.random.default_rng(100 * n + rank)
     m = random_mechanism(rng, n, stiff_rank=rank)
     assert compile_mechanism(m).dense == dense

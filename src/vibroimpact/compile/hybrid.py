@@ -283,6 +283,39 @@ def hybrid_of(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
     return found
 
 
+def _key(m: Mechanism) -> tuple[object, ...]:
+    def flat(a: Matrix) -> tuple[float, ...]:
+        return tuple(x for row in a for x in row)
+
+    return (
+        flat(m.mass), flat(m.damping), flat(m.stiffness), m.forces, m.constant_force,
+        m.elements, m.impact_law,
+    )  # fmt: skip
+
+
+class _Keyed:
+    """A mechanism as a dictionary key."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism, self.key = mechanism, _key(mechanism)
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Keyed) and self.key == other.key
+
+
+@lru_cache(maxsize=64)
+def _hybrid(keyed: _Keyed, pace: float) -> Hybrid | Piecewise:
+    return hybrid_of(keyed.mechanism, pace)
+
+
+def hybrid_of_numbers(mechanism: Mechanism, pace: float = 0.0) -> Hybrid | Piecewise:
+    """Compile a mechanism of floats; equal ones are the same, with the modes that were built since."""
+    return _hybrid(_Keyed(mechanism), pace)
+
+
 class Compiled:
     """Mechanism compiled for the kernel. Modes of closed sets, by ``codes``, are added when first needed."""
 
@@ -290,7 +323,7 @@ class Compiled:
         self, mechanism: Mechanism, pace: Amount = 0.0, codes: Sequence[Count] = ()
     ) -> None:
         self.mechanism, self.pace = mechanism, pace
-        self._hybrid = h = hybrid_of(mechanism, pace)
+        self._hybrid = h = hybrid_of_numbers(mechanism, pace)
         self.dense, self.size, self.free = h.dense, h.size, h.free
         self.rate, self.step, self.most_pace, self.units = h.rate, h.step, h.most_pace, h.units
         self.kernel = _kernel.System(
@@ -380,29 +413,6 @@ class Compiled:
             shift=c.shift,
         )
         self.codes.append(code)
-
-
-def _key(m: Mechanism) -> tuple[object, ...]:
-    def flat(a: Matrix) -> tuple[float, ...]:
-        return tuple(x for row in a for x in row)
-
-    return (
-        flat(m.mass), flat(m.damping), flat(m.stiffness), m.forces, m.constant_force,
-        m.elements, m.impact_law,
-    )  # fmt: skip
-
-
-class _Keyed:
-    """A mechanism as a dictionary key."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.key = mechanism, _key(mechanism)
-
-    def __hash__(self) -> int:
-        return hash(self.key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Keyed) and self.key == other.key
 
 
 @lru_cache(maxsize=64)

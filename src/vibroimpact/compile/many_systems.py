@@ -24,7 +24,7 @@ from vibroimpact import _kernel
 from vibroimpact._core.columns import Column, Split
 from vibroimpact._core.errors import InvalidParameterError, VibroImpactError
 from vibroimpact._core.types import Floats, Rows
-from vibroimpact.compile.hybrid import hybrid_of
+from vibroimpact.compile.hybrid import hybrid_of, hybrid_of_numbers
 from vibroimpact.compile.tables import Stacks, joined, stacks_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters, with_values
@@ -203,7 +203,7 @@ def _alone(system: System, values: Values, k: int, codes: Sequence[int], pace: f
     numbers = {name: float(x[k]) for name, x in values.items()}
     try:
         mechanism = mechanism_of(with_parameters(system, numbers))
-        return stacks_of(hybrid_of(mechanism, pace), (1,), codes)
+        return stacks_of(hybrid_of_numbers(mechanism, pace), (1,), codes)
     except Exception as error:
         what = str(error) if isinstance(error, InvalidParameterError) else repr(error)
         raise InvalidParameterError(with_values(what, numbers)) from error
