@@ -54,7 +54,8 @@ def run(arguments: argparse.Namespace) -> Done:
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
         goes_on = (RunEnd.EVENTS, *ENDS_QUIETLY)
         way = " With --t-max it is written and drawn." if motion.end in goes_on else ""
-        reach = f" {reach_in_words(motion)}." if motion.end in ENDS_QUIETLY else ""
+        words = reach_in_words(motion) if motion.end in ENDS_QUIETLY else ""
+        reach = f" {words}." if words else ""
         raise common.Failure(
             f"after {motion.impacts.sum()} impacts: {motion.end.sentence}.{reach}{way}"
         )

@@ -16,7 +16,7 @@ FACTORS = {  # of units to those of SI, by quantity; spaces and signs of product
     "force": {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6},
     "velocity": {"m/s": 1.0, "mm/s": 1e-3},
     "acceleration": {"m/s²": 1.0, "m/s^2": 1.0, "m/s2": 1.0, "mm/s²": 1e-3, "mm/s^2": 1e-3},
-    "stiffness": {"N/m": 1.0, "N/mm": 1e3, "kN/m": 1e3, "kN/mm": 1e6, "MN/m": 1e6},
+    "stiffness": {"N/m": 1.0, "N/mm": 1e3, "N/um": 1e6, "N/µm": 1e6, "kN/m": 1e3, "kN/mm": 1e6, "MN/m": 1e6},
     "damping": {"Ns/m": 1.0, "kg/s": 1.0, "Ns/mm": 1e3, "kNs/m": 1e3},
     "impulse": {"Ns": 1.0},
     "energy": {"J": 1.0, "mJ": 1e-3},
