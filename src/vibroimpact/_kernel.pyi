@@ -248,6 +248,11 @@ class Recording:
         The outputs with three derivatives by a parameter, in rows; None where a condition fails.
         """
 
+def zeros_of_series(coefficients: numpy.typing.NDArray[numpy.float64], rounding: float) -> tuple[numpy.typing.NDArray[numpy.int64], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Zeros in [-1, 1] of Chebyshev series in rows, with the numbers of their series.
+    """
+
 class Prescribed:
     def __init__(self, *, degrees: int, ratios: list[float], rate: float, steps: list[float], stops: list[tuple[int, bool, int]], values: numpy.typing.NDArray[numpy.float64]) -> None: ...
 
@@ -258,6 +263,8 @@ class Prescribed:
     def forms(self, states: numpy.typing.NDArray[numpy.float64], durations: numpy.typing.NDArray[numpy.float64], stops: list[int], start: int, solved: int, period: numpy.typing.NDArray[numpy.float64], mode: int, directions: numpy.typing.NDArray[numpy.float64]) -> numpy.typing.NDArray[numpy.float64]: ...
 
     def chatter(self, state: numpy.typing.NDArray[numpy.float64], direction: numpy.typing.NDArray[numpy.float64], stop: int) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]: ...
+
+    def approach(self, states: numpy.typing.NDArray[numpy.float64], durations: numpy.typing.NDArray[numpy.float64], modes: list[int], guard_modes: list[int], rows: list[int], nodes: numpy.typing.NDArray[numpy.float64], window: float, flat: float) -> tuple[numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64]]: ...
 
     def fly(self, states: numpy.typing.NDArray[numpy.float64], modes: list[int], windows: list[int], nodes: numpy.typing.NDArray[numpy.float64], window: float) -> numpy.typing.NDArray[numpy.float64]: ...
 

@@ -330,5 +330,5 @@ def test_evaluations_of_a_point_do_not_grow_with_the_impacts_of_its_orbit(
         steps = vi.Steps(first=0.005, largest=0.02, points=24)
         branch = vi.continue_orbit(orbit, "omega", (1.0, 1.2), steps=steps, both=False)
         per_point.append(counted[0] / len(branch))
-    # rounding of longer sums may cost a Newton step at some points, of the two or three of each
-    assert per_point[1] <= 1.5 * per_point[0]
+    # the guess of a point, the point where that is not right to rounding; refused panels, special points
+    assert max(per_point) <= 2.5

@@ -115,7 +115,7 @@ def test_a_zero_on_the_end_of_a_panel_is_found_once():
         hit += int(np.any(curve.tests["f"] == 0.0))
         assert located(curve, "f") == pytest.approx([at], abs=LOCATED)
         assert curve.special[0].crossing == -1
-    assert hit > 2
+    assert hit
 
 
 def test_crossings_and_tangents_of_special_points_are_those_of_their_neighbours():

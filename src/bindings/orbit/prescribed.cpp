@@ -1,8 +1,10 @@
 #include "orbit/prescribed.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <tuple>
 
+#include "numeric/chebyshev.hpp"
 #include "vibroimpact/numeric/jet.hpp"
 #include "vibroimpact/numeric/mixed_jet.hpp"
 
@@ -195,13 +197,7 @@ public:
                 const std::vector<int>& windows, const numbers& nodes,
                 double window) const override {
         const int n = size();
-        std::vector<std::vector<propagator<double>>> to_node(modes_.size()); // last: a whole window
-        for (std::size_t m = 0; m < modes_.size(); ++m) {
-            if (std::find(modes.begin(), modes.end(), static_cast<int>(m)) == modes.end()) continue;
-            for (double t : nodes)
-                to_node[m].push_back(modes_[m].field.at_time(t));
-            to_node[m].push_back(modes_[m].field.at_time(window));
-        }
+        const auto to_node = to_nodes(modes, nodes, window);
         numbers out;
         for (std::size_t segment = 0; segment < windows.size(); ++segment) {
             const auto& k = modes_[modes[segment]];
@@ -211,6 +207,79 @@ public:
                 for (std::size_t node = 0; node < nodes.size(); ++node)
                     append(out, k.read(k.field.apply(p[node], y), 0.0), n - 1);
                 y = k.field.apply(p.back(), y);
+            }
+        }
+        return out;
+    }
+
+    approaches approach(const numbers& states, const numbers& durations,
+                        const std::vector<int>& modes, const guards& g, const numbers& nodes,
+                        double window, double flat) const override {
+        const int width = data_.dimension, terms = static_cast<int>(nodes.size());
+        const std::size_t count = durations.size();
+        numbers at(nodes);
+        for (double& x : at)
+            x = 0.5 * window * (1.0 + x);
+        const auto to_node = to_nodes(modes, at, window);
+        const chebyshev series(terms);
+        approaches out;
+        out.edges.resize(4 * g.count() * count);
+        out.sizes.resize(2 * g.count());
+        out.most.resize(width);
+        numbers value(terms), rate(terms), zeros;
+        std::vector<vi::vec<double, Shape::max_dimension>> y(nodes.size());
+        const auto grow = [&](const auto& here) {
+            for (int i = 0; i < width; ++i)
+                out.most[i] = std::max(out.most[i], std::abs(here[i]));
+        };
+        for (std::size_t segment = 0; segment < count; ++segment) {
+            const auto& k = modes_[modes[segment]];
+            const auto& p = to_node[modes[segment]];
+            auto begun = k.embed(state_at<double>(states, static_cast<int>(segment), size()));
+            grow(begun);
+            const double whole = durations[segment];
+            const int windows = std::max(1, static_cast<int>(std::ceil(whole / window)));
+            for (int w = 0; w < windows; ++w) {
+                const double start = w * window;
+                for (int j = 0; j < terms; ++j) {
+                    y[j] = k.field.apply(p[j], begun);
+                    if (start + at[j] <= whole) grow(y[j]);
+                }
+                for (std::size_t i = 0; i < g.count(); ++i) {
+                    if (g.modes[i] != modes[segment]) continue;
+                    const double* row = data_.values.data() + g.rows[i];
+                    double* sizes = out.sizes.data() + 2 * i;
+                    for (int j = 0; j < terms; ++j) {
+                        const auto slope = k.field.derivative(y[j]);
+                        double u = row[width], moduli = std::abs(row[width]), change = 0.0;
+                        for (int c = 0; c < width; ++c) {
+                            u += row[c] * y[j][c];
+                            moduli += std::abs(row[c] * y[j][c]);
+                            change += row[c] * slope[c];
+                        }
+                        value[j] = u, rate[j] = change;
+                        sizes[0] = std::max(sizes[0], moduli);
+                        sizes[1] = std::max(sizes[1], std::abs(change));
+                    }
+                    numbers u(terms), du(terms);
+                    series.fit(value.data(), u.data());
+                    series.fit(rate.data(), du.data());
+                    zeros.clear();
+                    series.zeros(du.data(), flat, zeros);
+                    for (double x : zeros)
+                        out.extrema.insert(out.extrema.end(),
+                                           {double(i), double(segment),
+                                            start + 0.5 * window * (1.0 + x),
+                                            chebyshev_value(u.data(), terms, x)});
+                    double* edge = out.edges.data() + 4 * (i * count + segment);
+                    const auto write = [&](double* to, double x) {
+                        to[0] = chebyshev_value(u.data(), terms, x);
+                        to[1] = chebyshev_value(du.data(), terms, x);
+                    };
+                    if (w == 0) write(edge, -1.0);
+                    if (w == windows - 1) write(edge + 2, 2.0 * (whole - start) / window - 1.0);
+                }
+                begun = k.field.apply(p.back(), begun);
             }
         }
         return out;
@@ -305,6 +374,19 @@ private:
         auto& own = std::get<std::unique_ptr<propagator<R>>>(flight_of(mode, t).varied);
         if (!own) own = std::make_unique<propagator<R>>(varied<R>(mode).field.at_time(R(t)));
         return *own;
+    }
+
+    // Propagators of the modes that occur to each of some times and, last, over a whole window.
+    std::vector<std::vector<propagator<double>>>
+    to_nodes(const std::vector<int>& modes, const numbers& times, double window) const {
+        std::vector<std::vector<propagator<double>>> out(modes_.size());
+        for (std::size_t m = 0; m < modes_.size(); ++m) {
+            if (std::find(modes.begin(), modes.end(), static_cast<int>(m)) == modes.end()) continue;
+            for (double t : times)
+                out[m].push_back(modes_[m].field.at_time(t));
+            out[m].push_back(modes_[m].field.at_time(window));
+        }
+        return out;
     }
 
     void lift(propagator<vi::mixed_jet<2>>& to, const propagator<mixed>& from) const {
@@ -417,7 +499,7 @@ private:
 
 } // namespace
 
-prescribed::prescribed(prescribed_data data) : degrees_(data.degrees) {
+prescribed::prescribed(prescribed_data data) : degrees_(data.degrees), dimension_(data.width()) {
     if (data.dimension <= small_dimension)
         motions_ = std::make_unique<shaped<small_size>>(std::move(data));
     else

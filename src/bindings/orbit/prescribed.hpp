@@ -73,6 +73,20 @@ struct chatter_flights {
     numbers states, durations, states_by, durations_by;
 };
 
+// Guards of flights, each u = row . y + gain in a mode: where their rows stand among the numbers.
+struct guards {
+    std::vector<int> modes, rows;
+    std::size_t count() const { return modes.size(); }
+};
+
+// How guards go along flights, over windows of Chebyshev nodes.
+struct approaches {
+    numbers extrema; // (count, 4): guard, segment, time since its start, value
+    numbers edges;   // (guards, segments, 4): value and rate at the start, and at the end
+    numbers sizes;   // (guards, 2): largest sum of the moduli of the terms, and of the rates
+    numbers most;    // (D,): largest moduli of the coordinates y
+};
+
 // Start and end of a map: put on a stop by solving for one coordinate (or stop = -1), and after
 // the last event or after a whole time, given with its derivatives, which ends in a mode.
 struct ends {
@@ -106,14 +120,21 @@ public:
         virtual numbers fly(const numbers& states, const std::vector<int>& modes,
                             const std::vector<int>& windows, const numbers& nodes,
                             double window) const = 0;
+        // Extrema of guards in flights from each state in a mode. Coefficients of rates below `flat` of the
+        // largest are left out.
+        virtual approaches approach(const numbers& states, const numbers& durations,
+                                    const std::vector<int>& modes, const guards& g,
+                                    const numbers& nodes, double window, double flat) const = 0;
     };
 
     explicit prescribed(prescribed_data data);
+    std::size_t dimension() const { return dimension_; }
     const motions* operator->() const { return motions_.get(); }
     std::size_t degrees() const { return static_cast<std::size_t>(degrees_); }
 
 private:
     int degrees_;
+    std::size_t dimension_;
     std::unique_ptr<motions> motions_;
 };
 

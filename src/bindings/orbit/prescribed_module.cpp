@@ -1,5 +1,6 @@
 #include "orbit/prescribed_module.hpp"
 
+#include <cstdint>
 #include <stdexcept>
 #include <tuple>
 
@@ -7,6 +8,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "arrays.hpp"
+#include "numeric/chebyshev.hpp"
 #include "orbit/prescribed.hpp"
 
 namespace nb = nanobind;
@@ -77,6 +79,20 @@ nb::object fly(const prescribed& p, const array& states, const std::vector<int>&
                     {total, nodes.size(), 2 * p.degrees()});
 }
 
+nb::object approach(const prescribed& p, const array& states, const array& durations,
+                    const std::vector<int>& modes, std::vector<int> guard_modes,
+                    std::vector<int> rows, const array& nodes, double window, double flat) {
+    const std::size_t guards = rows.size(), segments = modes.size();
+    auto r =
+        p->approach(numbers_of(states), numbers_of(durations), modes,
+                    {std::move(guard_modes), std::move(rows)}, numbers_of(nodes), window, flat);
+    const std::size_t count = r.extrema.size() / 4;
+    return nb::make_tuple(to_numpy(std::move(r.extrema), {count, 4}),
+                          to_numpy(std::move(r.edges), {guards, segments, 4}),
+                          to_numpy(std::move(r.sizes), {guards, 2}),
+                          to_numpy(std::move(r.most), {p.dimension()}));
+}
+
 nb::object chatter(const prescribed& p, const array& state, const array& direction, int stop) {
     auto r = p->chatter(numbers_of(state), numbers_of(direction), stop);
     const std::size_t count = r.durations.size(), size = 2 * p.degrees() + 1;
@@ -89,6 +105,26 @@ nb::object chatter(const prescribed& p, const array& state, const array& directi
 } // namespace
 
 void bind_prescribed(nb::module_& m) {
+    m.def(
+        "zeros_of_series",
+        [](const array& coefficients, double rounding) {
+            const std::size_t count = coefficients.shape(0), terms = coefficients.shape(1);
+            const chebyshev series(static_cast<int>(terms));
+            std::vector<std::int64_t> numbers;
+            std::vector<double> zeros;
+            for (std::size_t i = 0; i < count; ++i) {
+                series.zeros(coefficients.data() + i * terms, rounding, zeros);
+                numbers.resize(zeros.size(), static_cast<std::int64_t>(i));
+            }
+            const std::size_t found = zeros.size();
+            return nb::make_tuple(to_numpy(std::move(numbers), {found}),
+                                  to_numpy(std::move(zeros), {found}));
+        },
+        "coefficients"_a, "rounding"_a,
+        nb::sig("def zeros_of_series(coefficients: numpy.typing.NDArray[numpy.float64], "
+                "rounding: float) -> tuple[numpy.typing.NDArray[numpy.int64], "
+                "numpy.typing.NDArray[numpy.float64]]"),
+        "Zeros in [-1, 1] of Chebyshev series in rows, with the numbers of their series.");
     nb::class_<prescribed>(m, "Prescribed")
         .def(
             "__init__",
@@ -123,6 +159,16 @@ void bind_prescribed(nb::module_& m) {
         .def("chatter", &chatter, "state"_a, "direction"_a, "stop"_a,
              nb::sig("def chatter(self, state: numpy.typing.NDArray[numpy.float64], "
                      "direction: numpy.typing.NDArray[numpy.float64], stop: int) "
+                     "-> tuple[numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64]]"))
+        .def("approach", &approach, "states"_a, "durations"_a, "modes"_a, "guard_modes"_a, "rows"_a,
+             "nodes"_a, "window"_a, "flat"_a,
+             nb::sig("def approach(self, states: numpy.typing.NDArray[numpy.float64], "
+                     "durations: numpy.typing.NDArray[numpy.float64], modes: list[int], "
+                     "guard_modes: list[int], rows: list[int], "
+                     "nodes: numpy.typing.NDArray[numpy.float64], window: float, flat: float) "
                      "-> tuple[numpy.typing.NDArray[numpy.float64], "
                      "numpy.typing.NDArray[numpy.float64], "
                      "numpy.typing.NDArray[numpy.float64], "

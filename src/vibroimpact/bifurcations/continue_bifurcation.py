@@ -236,10 +236,10 @@ def curve_of(kind: PointKind, problem: Augmented, curve: Curve) -> BifurcationCu
     before, after = (_explained(end, problem, refused) for end in curve.ends)
     curve = replace(curve, ends=(before, after))
     places = list(zip(curve.z, curve.parameter.tolist(), strict=True))
-    solutions = [problem.orbit(Z, p) for Z, p in places]
+    both = [(problem.orbit(Z, p), problem.multipliers(Z, p)) for Z, p in places]
+    solutions, multipliers = [solution for solution, _ in both], np.array([mu for _, mu in both])
     found, doubtful = special_points(kind, problem, curve, solutions)
     parts = [problem.parts(Z, p) for Z, p in places]
-    multipliers = np.array([problem.equations.multipliers(z, a) for z, _, a in parts])
     neutral = np.zeros(len(curve), dtype=bool)
     if kind.critical == (None,):
         neutral = np.abs(curve.tests[COSINE]) > 1.0

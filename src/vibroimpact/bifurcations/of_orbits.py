@@ -16,7 +16,7 @@ from vibroimpact.compile.prescribed import NONE_LEFT_OUT, Prescribed
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import later
-from vibroimpact.orbits.newton import rows_of, scale_of
+from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, Signature, Value, latest
 
@@ -53,11 +53,9 @@ class OrbitPlane(OrbitFamily):
             )
         self.along = Along(system, names, self.codes)
         self.sizes = sizes
-        self.rows = rows_of(self, sizes)
         self.closing = self._closing()
         self._by_second: dict[Value, Prescribed] = {}
         self._derivatives: dict[tuple[bytes, Value], tuple[Floats, Floats]] = {}
-        self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
 
     @classmethod
     def around_orbit(cls, orbit: Orbit, names: tuple[str, str], events: PointKinds) -> OrbitPlane:
@@ -105,7 +103,7 @@ class OrbitPlane(OrbitFamily):
             states, durations, self.ends, along, by_parameter=True
         )
         after, other = after[:, self.kept], other[:, self.kept]
-        columns = [*self.kept, 2 * self.mechanism.degrees + 1]
+        columns = [*self.kept, 2 * self.degrees + 1]
         ks = np.arange(m)
         whole = np.zeros((m, q + 1, m * (q + 1) + 2))
         blocks = whole[:, :, :-2].reshape(m, q + 1, m, q + 1)
@@ -115,11 +113,6 @@ class OrbitPlane(OrbitFamily):
         whole[:, :q, -2], whole[:, q, -2] = after[:, :, -1], gap[:, -1]
         whole[:, :q, -1], whole[:, q, -1] = other[:, :, -1], other_gap[:, -1]
         return whole.reshape(m * (q + 1), -1)
-
-    def multipliers(self, z: Floats, a: Pair) -> Complexes:
-        """Multipliers of the solved map, largest modulus first; the latest ones are kept."""
-        key = z.tobytes(), a
-        return latest(self._multipliers, key, lambda _: self.pencil(z, a).eigenvalues())
 
     def followed(self, p: Value) -> dict[str, Any]:
         """Values of both parameters, by name."""

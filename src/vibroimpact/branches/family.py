@@ -67,6 +67,7 @@ from vibroimpact.orbits.problem import (
 from vibroimpact.orbits.reversals import beyond_static, far_limit, one_level
 from vibroimpact.results.tree import Missing
 
+ROUNDING_OF_PAIRS = 1e-3  # (3) of a motion without loss is smaller: rounding, whose square root a double one moves by
 SATURATION_OF_FASTEST = 0.05  # rho_ref has this ratio to the fastest event at the start
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 REST, CHATTER = "rest", "chatter"
@@ -112,6 +113,8 @@ class OrbitFamily(OrbitProblem):
             label: kind for label, kind in events.items() if not isinstance(kind.function, Missing)
         }
         self._sizes = sizes
+        self.common_sizes = sizes[:-1]
+        self.rows = rows_of(self, sizes[:-1])
         self._kept_segments: dict[tuple[bytes, Value], Linearised] = {}
         self._orbits: dict[tuple[bytes, Value], Orbit] = {}
         self.refused = ""  # reason if the system could not be built
@@ -120,6 +123,7 @@ class OrbitFamily(OrbitProblem):
         self._pencils = PencilOf(self, sizes)
         self._cycles = least_cycles(self.mechanism)
         self._rates = guard_sizes(self, sizes) / sizes[self.size]
+        self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
 
     @classmethod
     def around(
@@ -170,7 +174,7 @@ class OrbitFamily(OrbitProblem):
         pairs = [(impacts, here.states, moved.states)]
         advance: Floats | float = 0.0
         if self.pivots:
-            advance = self.drifts[: self.mechanism.degrees] @ self.progress(z, p)
+            advance = self.drifts[: self.degrees] @ self.progress(z, p)
         for symmetry in images_of(self.compiled(p).mechanism):
             states, changes = (
                 symmetry.image(here.states, symmetry.turn),
@@ -222,14 +226,14 @@ class OrbitFamily(OrbitProblem):
         if kept := self._orbits.pop((z.tobytes(), p), None):
             return kept
         states, durations = self.unpacked(z)
-        left = np.abs(self.residual(z, p)) / rows_of(self, self._sizes[:-1])
+        left = np.abs(self.residual(z, p)) / self.rows
         error, status = float(left.max()), FOUND
         if not error <= CONVERGED_RELATIVE and not np.all(
             left <= CONVERGED_RELATIVE * self._growth(z, p)
         ):
             status = f"the equations do not hold: relative residual {error:.1e}"
         problem = self.at(p)
-        return Orbit(
+        orbit = Orbit(
             problem.system,
             self.signature,
             states,
@@ -239,18 +243,26 @@ class OrbitFamily(OrbitProblem):
             self.parameter,
             problem,
         )
+        if orbit.converged:
+            orbit.know(self.linearised(z, p), self.multipliers(z, p))
+        return orbit
 
     def _growth(self, z: Floats, p: Value) -> Floats:
         """Factor by which each equation amplifies a change of the unknowns, both relative."""
-        sizes = self._sizes[:-1]
-        growth: Floats = np.abs(self.jacobian(z, p)[0] * sizes).max(axis=1) / rows_of(self, sizes)
+        growth: Floats = np.abs(self.jacobian(z, p)[0] * self._sizes[:-1]).max(axis=1) / self.rows
         return growth
+
+    def multipliers(self, z: Floats, p: Value) -> Complexes:
+        """Multipliers of the solved map, largest modulus first; the latest ones are kept."""
+        key = z.tobytes(), p
+        return latest(self._multipliers, key, lambda _: self.pencil(z, p).eigenvalues())
 
     def watch(self, z: Floats, p: Value) -> dict[str, float]:
         """Test functions (2)-(4)."""
         pencil, saturated = self.pencil(z, p), self._saturated(self._closing_rates(z, p))
-        lossy = not lossless(self.compiled(p).mechanism, self.signature)
-        pairs = products_of_pairs(pencil.eigenvalues()) if lossy else math.nan
+        pairs = products_of_pairs(self.multipliers(z, p))
+        if abs(pairs) <= ROUNDING_OF_PAIRS and lossless(self.compiled(p).mechanism, self.signature):
+            pairs = math.nan
         watched = {
             FLIP: pencil.determinant(-1.0) / float(np.prod(saturated)),
             TORUS: self.weight(z, p) ** (pencil.finite - 1) * pairs,
@@ -295,7 +307,7 @@ class OrbitFamily(OrbitProblem):
         if isinstance(p, tuple):
             return {}
         found = {f"{PROGRESS} {i}": float(x) for i, x in enumerate(self.progress(z, p))}
-        upper = np.column_stack(self.jacobian(z, p)) / rows_of(self, self._sizes[:-1])[:, None]
+        upper = np.column_stack(self.jacobian(z, p)) / self.rows[:, None]
         for i, row in enumerate(self.progress_by(z, p)):
             scaled = np.vstack([upper, row / self._sizes[self.pivots[i]]]) * self._sizes
             found[f"{EXTREMUM} {i}"] = float(np.linalg.det(scaled))
@@ -337,7 +349,7 @@ class OrbitFamily(OrbitProblem):
         if not plastic:
             return {}
         states, durations = self.unpacked(z)
-        n = self.mechanism.degrees
+        n = self.degrees
         w, values = compiled.flights(states, durations, self.modes)
         found = {}
         for k in plastic:

@@ -42,6 +42,9 @@ PROPORTIONAL_RELATIVE = 1e-12
 WINDOW_RADIANS = 6.0  # a window is so many radians of the fastest rate long
 # With so many Chebyshev nodes the series of a flight over a window has fallen below 2^-53.
 WINDOW_NODES = 25
+# Relative to the largest u' in a window. It moves an extremum of the gap by as much, and its value
+# by the square of that; where two extrema are about to merge by the power 3/2, 3e-14.
+FLAT_OF_LARGEST_RATE = 1e-9
 # Guards of rigid stops have these numbers in place of that of a watch.
 GAP_WATCH = -1  # the gap of an open one
 FORCE_WATCH = -2  # the force on a closed one
@@ -117,6 +120,34 @@ class Linearised(NamedTuple):
     gap_by: Floats  # (m, 2n + 3)
 
 
+class Passage(NamedTuple):
+    """A guard u along one flight."""
+
+    extrema: list[tuple[float, float]]  # times since the start, and values
+    # at the start and at the end
+    values: tuple[float, float]
+    rates: tuple[float, float]
+
+
+class GuardAlong(NamedTuple):
+    """A guard within its limits along flights; contact and watch as in :class:`End`."""
+
+    contact: int
+    watch: int
+    lower: float
+    upper: float
+    size: float  # largest sum of the moduli of its terms
+    fastest: float  # its largest rate
+    flights: dict[int, Passage]  # by their numbers, those in its mode
+
+
+class Approach(NamedTuple):
+    """All guards along flights."""
+
+    guards: list[GuardAlong]
+    most: Floats  # largest moduli of the coordinates y, at least 1 for waves, shape (D,)
+
+
 class Explicit(NamedTuple):
     """Segments with those of chatter replaced by the flights between their impacts."""
 
@@ -159,6 +190,15 @@ class Layout:
         """Number D of the coordinates y."""
         return 2 * (self.degrees + self.lines)
 
+    @cached_property
+    def rows(self) -> list[list[int]]:
+        """Places among the numbers of the rows of the guards of each mode and, last, of its speeds."""
+        place, found = self.of_kernel + 1 + self.lines, list[list[int]]()
+        for guards in self.guards:
+            found.append([place + j * (self.width + 3) for j in range(len(guards) + 1)])
+            place = found[-1][-1] + len(self.light) * self.width
+        return found
+
     @property
     def of_kernel(self) -> int:
         """How many of the numbers the kernel takes."""
@@ -177,7 +217,7 @@ class Prescribed:
     parameter: str  # by which it is differentiated, "" for none
     layout: Layout
     values: Floats  # its numbers, with three derivatives by the parameter: shape (4, N)
-    _latest: dict[Any, tuple[Windows, Floats]] = field(default_factory=dict, init=False, repr=False)
+    _latest: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return compile_prescribed, (self.system, self.parameter, self.layout.codes)
@@ -261,16 +301,13 @@ class Prescribed:
     def modes(self) -> dict[int, Numbers]:
         """Modes by their code."""
         at, d, numbers = self.layout, self.layout.width, self.values[0]
-        place = at.of_kernel + 1 + at.lines
         found = {}
         for k, code in enumerate(at.codes):
-            guards = []
-            for contact, watch in at.guards[k]:
+            guards, (*places, after) = [], at.rows[k]
+            for (contact, watch), place in zip(at.guards[k], places, strict=True):
                 row, rest = numbers[place : place + d], numbers[place + d : place + d + 3]
                 guards.append(GuardRow(contact, watch, row, *rest.tolist()))
-                place += d + 3
-            speeds = numbers[place : place + len(at.light) * d].reshape(-1, d)
-            place += speeds.size
+            speeds = numbers[after : after + len(at.light) * d].reshape(-1, d)
             b, constant = self._fields[k, :-1], self._fields[k, -1]
             found[code] = Numbers(b, constant, tuple(guards), at.forgotten[k], speeds, at.light)
         return found
@@ -483,6 +520,43 @@ class Prescribed:
             self._latest.clear()
             self._latest[key] = found
         return found
+
+    def approach(self, states: Floats, durations: Floats, modes: Sequence[int]) -> Approach:
+        """How all guards go along flights in these modes; the latest is kept, for gaps and amplitudes in turn."""
+        key = "approach", states.tobytes(), durations.tobytes(), tuple(modes)
+        if key not in self._latest:
+            self._latest.clear()
+            self._latest[key] = self._approach(_contiguous(states), durations, modes)
+        found: Approach = self._latest[key]
+        return found
+
+    def _approach(self, states: Floats, durations: Floats, modes: Sequence[int]) -> Approach:
+        at, d, n = self.layout, self.layout.width, self.degrees
+        of_mode = [k for k, guards in enumerate(at.guards) for _ in guards]
+        places = [place for row in at.rows for place in row[:-1]]
+        numbers = [at.codes.index(mode) for mode in modes]
+        extrema, edges, sizes, most = self.kernel.approach(
+            states, _contiguous(durations), numbers, of_mode, places, nodes(WINDOW_NODES),
+            self.window(durations), FLAT_OF_LARGEST_RATE,
+        )  # fmt: skip
+        guards = []
+        names = [name for guards in at.guards for name in guards]
+        for i, ((contact, watch), place, mode) in enumerate(
+            zip(names, places, of_mode, strict=True)
+        ):
+            lower, upper = self.values[0, place + d + 1 : place + d + 3].tolist()
+            size, fastest = sizes[i].tolist()
+            flights = {
+                j: Passage([], (first, last), (rising, closing))
+                for j, (first, rising, last, closing) in enumerate(edges[i].tolist())
+                if numbers[j] == mode
+            }
+            guards.append(GuardAlong(contact, watch, lower, upper, size, fastest, flights))
+        for i, j, time, value in extrema.tolist():
+            guards[int(i)].flights[int(j)].extrema.append((time, value))
+        most[2 * n :] = 1.0
+        most[[2 * i + 1 for i in self.massless]] = 1.0
+        return Approach(guards, most)
 
     def _fly(
         self, states: Floats, modes: Sequence[int], windows: list[int], at: Floats, window: float

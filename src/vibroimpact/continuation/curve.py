@@ -127,9 +127,9 @@ class Curve:
     arclength
         Scaled arclength from the start, negative before it, shape (n,).
     residual
-        Largest |F_i| before the last Newton step, relative to the length of its row of the scaled Jacobian, shape (n,).
+        Largest |F_i|, relative to the length of its row of the scaled Jacobian, shape (n,).
     steps
-        Newton iterations that were taken for each point, shape (n,).
+        Evaluations of F that each point took, shape (n,).
     panel
         Number of the panel of each point, 0, 1, ... along the curve, shape (n,).
     tests

@@ -5,10 +5,9 @@ Method      [ J ]           [ -F          ]
             direction:  J x = 0,  <c, x> = 1    (dy/ds along the curve, from the same matrix)   (2)
             the rows of J are divided by their lengths to solve (1): units of F do not matter
 Assumes     a guess in Newton's ball: a step longer than the last one is a failure
-Accuracy    a step shorter than the tolerance is the last; it is taken too, so that the error of
-            the point is its square, or rounding. The Jacobian, the direction and the residual
-            belong to the point before it. With tolerance 0 the iteration continues until rounding
-            stops it
+Accuracy    a step shorter than the tolerance ends the iteration and is not taken: it is the error of the point,
+            to which the Jacobian, the direction and the residual belong, so that what is computed there next
+            finds everything at hand. With tolerance 0 the iteration continues until rounding stops it
 Fails       the statuses of ``NewtonStatus``
 Reference   [keller1977] for (1); [allgower1990] ch. 2 for (2)
 """
@@ -27,7 +26,7 @@ from vibroimpact._core.types import Floats
 from vibroimpact.continuation.problem import Scaled
 
 MOST_STEPS = 8  # a guess that needs more is a bad one: quadratic convergence takes 2 to 5
-POINT_TOLERANCE = 1e-11  # a single point, in unknowns of size one, has this tolerance
+POINT_TOLERANCE = 1e-13  # a single point, in unknowns of size one, has this tolerance
 # Where the matrix is ill conditioned, rounding keeps the steps from falling further: below the
 # first number a step that has not halved means that, above it Newton's iteration has failed.
 STALLED_STEP = 1e-8
@@ -52,11 +51,10 @@ class Node:
     y: Floats  # the point, shape (d + 1,)
     jacobian: Floats  # dF/dy, shape (d, d + 1)
     direction: Floats  # direction of the curve (2) with <row, direction> = 1, shape (d + 1,)
-    # largest |F_i| before the last step, relative to the length of its row of dF/dy
-    residual: float
-    # Newton steps taken, and the length of the last one
-    steps: int
-    step: float
+    residual: float  # largest |F_i|, relative to the length of its row of dF/dy
+    steps: int  # evaluations of F that it took
+    step: float  # length of the Newton step from the point: its error
+    ahead: Floats  # the point after that step, which is better: for guesses at others
 
     @property
     def tangent(self) -> Floats:
@@ -97,8 +95,8 @@ def _iterated(
         step, direction = solved
         size = float(np.linalg.norm(step))
         if _finished(size, previous, tolerance, float(np.linalg.norm(y))):
-            y = problem.inside(y + step)
-            node = Node(y, jacobian, direction, relative(residual, jacobian), count + 1, size)
+            left = relative(residual, jacobian)
+            node = Node(y, jacobian, direction, left, count + 1, size, problem.inside(y + step))
             return Attempt(NewtonStatus.CONVERGED, y, node)
         if size > previous:
             break

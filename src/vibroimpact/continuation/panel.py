@@ -4,8 +4,8 @@ Method      from a node y_0 with unit tangent t_0 the points F(y_j) = 0, <t_0, y
             the K + 1 Chebyshev points s_j of [0, h]; guesses by Hermite extrapolation (1) of the
             nodes before
             a panel is resolved when the tail of the expansion of y(s) is below tolerance h and
-            that of every test function below tolerance times its largest value; for dp/ds
-            rounding is allowed, too                                                          (2)
+            that of every test function below tolerance times its largest value; for dp/ds rounding
+            is allowed, too, as it is at the node nearest to a branch point                   (2)
             built-in test functions, both analytic along the curve:
             SN  dp/ds       BP  det [J; t_0]                                                     (3)
             next length: h (safety / (tail / allowed))^(1/K)                                     (4)
@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -130,7 +130,7 @@ class Trace:
 def hermite(at: list[float], nodes: list[Node], s: float) -> Floats:
     """Polynomial through the nodes with their directions, evaluated at s (1)."""
     x = [t for t in at for _ in range(2)]
-    column = [node.y for node in nodes for _ in range(2)]
+    column = [node.ahead for node in nodes for _ in range(2)]
     value, product = column[0].copy(), 1.0
     for order in range(1, len(x)):
         column = [
@@ -149,7 +149,7 @@ def trace(
 ) -> Trace | Failure:
     """Solve for the nodes of a panel; ``last`` is its end node if that is known already."""
     row = origin.tangent
-    first = Node(origin.y, origin.jacobian, row, origin.residual, origin.steps, origin.step)
+    first = replace(origin, direction=row)
     traced = Trace([0.0], [first])
     base, ahead = float(row @ origin.y), math.cos(standard.turn)
     tolerance = NODE_TOLERANCE_SHARE * standard.tolerance * length
@@ -172,7 +172,7 @@ def trace(
 def _with_direction(node: Node, row: Floats) -> Node:
     """A node whose direction is scaled to another row."""
     along = node.direction / float(row @ node.direction)
-    return Node(node.y, node.jacobian, along, node.residual, node.steps, node.step)
+    return replace(node, direction=along)
 
 
 def build(
@@ -182,7 +182,7 @@ def build(
     traced = trace(problem, origin, length, standard, last)
     if isinstance(traced, Failure):
         return traced
-    curve = Expansion(0.0, length, np.array([node.y for node in traced.nodes]))
+    curve = Expansion(0.0, length, np.array([node.ahead for node in traced.nodes]))
     noise = max(node.step for node in traced.nodes)
     allowed = standard.tolerance * length + 2.0 * noise + LEAST_TOLERANCE
     demand = float(curve.tail.max()) / allowed
@@ -204,13 +204,14 @@ def _with_tests(
     }
     demands = {name: _demand(f, standard.tolerance) for name, f in tests.items()}
     if demands[FOLD] > 1.0:
-        noise = max(_noise(problem, node, row) for node in traced.nodes)
+        worst = int(np.argmin(np.abs(tests[BRANCH_POINT].values)))
+        noise = _noise(problem, traced.nodes[worst], row)
         demands[FOLD] = _demand(tests[FOLD], standard.tolerance, noise)
     short = {name for name, d in demands.items() if d > 1.0} - standard.excused
     if short:
-        worst = max(demands[name] for name in short)
+        most = max(demands[name] for name in short)
         reason = f"test function {', '.join(sorted(short))} is not resolved"
-        return Failure(reason, _factor(worst), frozenset(short))
+        return Failure(reason, _factor(most), frozenset(short))
     unresolved = {
         name: why for name, f in tests.items() if (why := _reason_unresolved(f, demands[name]))
     }
@@ -235,14 +236,8 @@ def _relative_determinant(node: Node, row: Floats, reference: Determinant) -> fl
 
 def _noise(problem: Scaled, node: Node, row: Floats) -> float:
     """Change of dp/ds when a node is solved for once more: large next to a branch point."""
-    values, y = [node.direction[-1]], node.y
-    for _ in range(2):
-        again = correct(problem, y, row, float(row @ node.y), tolerance=math.inf).node
-        if again is None:
-            return 0.0
-        values.append(again.direction[-1])
-        y = again.y
-    return float(np.abs(np.diff(values)).max())
+    again = correct(problem, node.ahead, row, float(row @ node.y), tolerance=math.inf).node
+    return abs(float(again.direction[-1] - node.direction[-1])) if again else 0.0
 
 
 def _demand(f: Expansion, tolerance: float, noise: float = 0.0) -> float:

@@ -1,8 +1,8 @@
 """Special points on a panel: zeros of its test functions, on the true curve.
 
 Method      intervals with one change of sign each: expansion.py
-            there, Brent's method on the function itself at points corrected by Newton, from the
-            zero of the expansion                                                             (1)
+            there, on the function itself at points corrected by Newton, from the zero of the expansion:
+            steps by the slope of the expansion, to rounding; where they do not settle, Brent's method (1)
             at a branch point Newton's matrix is singular: the curve is expanded once more on an
             interval around it with no node close to it, and the zero of that expansion taken  (2)
 Assumes     what expansion.py assumes; branch points are simple
@@ -14,6 +14,7 @@ Reference   [kuznetsov2004] sec. 10.2 on branch points; [trefethen2013] ch. 18
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -45,6 +46,9 @@ SHARE_BELOW_POINT = 1.15
 SHARE_ABOVE_POINT = 0.85
 # |f| at a zero is smaller, relative to the ends of its bracket; a pole or jump has more.
 ZERO_OF_CHANGE = 1e-3
+MOST_STEPS = 4  # by the slope of the expansion, whose error is squared by the first one
+# Steps that no longer halve are rounding where they are smaller than so many of that of the values.
+ROUNDED_STEPS = 8.0
 WIDENING_FACTOR = 16.0  # a bracket in which the sign does not change is widened by this factor
 
 
@@ -175,15 +179,17 @@ def _polished(sampler: Sampler, name: str, a: float, b: float) -> LocatedZero | 
     def true(s: float) -> float:
         return sampler.value(name, s)
 
-    low, high = _narrowed(true, f, a, b)
-    s = low if true(low) == 0.0 else brent(true, low, high)
+    s, rate = _stepped(true, f, a, b)
+    if not np.isfinite(s):
+        low, high = _narrowed(true, f, a, b)
+        s = low if true(low) == 0.0 else brent(true, low, high)
+        rate = abs(true(high) - true(low)) / (high - low)
     if not np.isfinite(s):
         sampler.panel.unresolved.setdefault(name, NOT_FINITE)
     at_a, at_b = (true(x) if name in sampler.panel.unresolved else float(f.at(x)) for x in (a, b))
     size = max(abs(at_a), abs(at_b))
     if not (np.isfinite(s) and abs(true(s)) <= ZERO_OF_CHANGE * size):
         return None
-    rate = abs(true(high) - true(low)) / (high - low)
     error = _uncertainty(sampler, name, s, rate)
     crossing = 1 if at_b > 0.0 else -1
     node = sampler.node(s)
@@ -201,6 +207,24 @@ def _uncertainty(sampler: Sampler, name: str, s: float, rate: float) -> float:
     if sampler.used_expansion:
         value += float(f.tail)
     return EPS * f.high + (node.step if node else 0.0) + (value / rate if rate > 0.0 else np.inf)
+
+
+def _stepped(true: Function, f: Expansion, a: float, b: float) -> tuple[float, float]:
+    """The zero in [a, b] by steps with the slope of the expansion, and that slope; NaN where they do not settle."""
+    if not float(f.at(a)) * float(f.at(b)) < 0.0:
+        return math.nan, 0.0
+    s = zero_between(f, a, b)
+    slope = float(f.slope(s))
+    rounding = EPS * (f.high + float(np.abs(f.values).max()) / abs(slope)) if slope else 0.0
+    last = math.inf
+    for _ in range(MOST_STEPS if slope else 0):
+        step = true(s) / slope
+        if abs(step) <= rounding or last / 2.0 < abs(step) <= ROUNDED_STEPS * rounding:
+            return s, abs(slope)
+        s, last = s - step, abs(step)
+        if not a <= s <= b:
+            break
+    return math.nan, 0.0
 
 
 def _narrowed(true: Function, f: Expansion, a: float, b: float) -> tuple[float, float]:

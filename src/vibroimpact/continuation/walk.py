@@ -432,10 +432,12 @@ def _passes(panel: Panel, y: Floats, tangent: Floats) -> float | None:
 def _image(problem: Scaled, node: Node, y: Floats, direction: Floats) -> Node:
     """The image of a node."""
     jacobian = problem.linearised(y)[1]
-    return Node(y, jacobian, direction, node.residual, node.steps, node.step)
+    return Node(y, jacobian, direction, node.residual, node.steps, node.step, y)
 
 
 def _node_at(problem: Scaled, zero: LocatedZero) -> Node:
     """A special point as a node."""
     residual, jacobian = problem.linearised(zero.y)
-    return Node(zero.y, jacobian, zero.direction, relative(residual, jacobian), 0, zero.error)
+    return Node(
+        zero.y, jacobian, zero.direction, relative(residual, jacobian), 0, zero.error, zero.y
+    )

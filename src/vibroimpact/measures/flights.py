@@ -34,12 +34,11 @@ from vibroimpact._core.windows import Windows, values_at
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import units_of
 from vibroimpact.compile.piecewise import Piecewise
-from vibroimpact.compile.prescribed import WINDOW_NODES, WINDOW_RADIANS
+from vibroimpact.compile.prescribed import FLAT_OF_LARGEST_RATE, WINDOW_NODES, WINDOW_RADIANS
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.orbits.admissibility import FLAT_OF_LARGEST_RATE
 from vibroimpact.results.result import sized
 
 # Longer steps, relative to a window, are those of two extrema about to merge.

@@ -18,9 +18,8 @@ from vibroimpact._core.chebyshev import real_zeros_of
 from vibroimpact._core.checks import memory_here, refusal
 from vibroimpact._core.types import Floats
 from vibroimpact._core.windows import values_at
-from vibroimpact.compile.prescribed import WINDOW_NODES, WINDOW_RADIANS
+from vibroimpact.compile.prescribed import FLAT_OF_LARGEST_RATE, WINDOW_NODES, WINDOW_RADIANS
 from vibroimpact.measures.flights import Rows, Signal
-from vibroimpact.orbits.admissibility import FLAT_OF_LARGEST_RATE
 
 BYTES_PER_COEFFICIENT = 64  # a coefficient and its derivative are kept twice while series are made
 SAME_INSTANT_OF_WINDOW = 1e-6  # instants that are so near, relative to a window, are one

@@ -28,10 +28,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.scalars import is_infinite
-from vibroimpact._core.types import Amount, AnyFloat, Count, Flags, Floats, Integers, Sign
-from vibroimpact._core.windows import Windows, values_at
+from vibroimpact._core.types import Amount, AnyFloat, Count, Floats, Sign
 from vibroimpact.compile.modes import digit_in_code
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
@@ -39,18 +37,14 @@ from vibroimpact.compile.prescribed import (
     GAP_WATCH,
     PHASE,
     PHASE_WATCH,
-    WINDOW_NODES,
     End,
-    Explicit,
-    GuardRow,
+    GuardAlong,
     Linearised,
+    Passage,
     Prescribed,
 )
 from vibroimpact.model.stop import Stop
 
-# Relative to the largest u' in a window. It moves an extremum of the gap by as much, and its value
-# by the square of that; where two extrema are about to merge by the power 3/2, 3e-14.
-FLAT_OF_LARGEST_RATE = 1e-9
 # A flight and Newton's method are rounded by so much, relative to the amplitude and to the period.
 PLAY_OF_AMPLITUDE = 1e-11
 # A rate at a phase of a motion without events, relative to its largest, of which the extremum is so near
@@ -104,18 +98,11 @@ class Nearest(NamedTuple):
         )
 
 
-class _Flights(NamedTuple):
-    """Flights over all segments."""
+class _Ends(NamedTuple):
+    """What begins and ends a flight."""
 
-    windows: Windows
-    values: Floats  # (w, WINDOW_NODES, D) coordinates y
-    impacts: Integers  # (m, 2, 2) contact and side of the impacts at the start and the end
-    released: Flags  # (m,) whether a contact that rested is released at the start
-
-    def within(self, segments: Integers) -> _Flights:
-        """Return the flights of some segments, which keep their numbers."""
-        kept = np.isin(self.windows.segment, segments)
-        return self._replace(windows=self.windows.only(kept), values=self.values[kept])
+    stops: tuple[tuple[int, int], tuple[int, int]]  # contact and side at the start and at the end
+    released: bool  # whether a contact that rested is released at the start
 
 
 def least_gaps(
@@ -134,27 +121,23 @@ def least_gaps(
     least: dict[Place, Nearest] = {}
     whole = [End(*end) for end in ends]
     parts = compiled.explicit(states, durations, whole)
-    begins = np.diff(parts.segment, prepend=-1) > 0
-    before = [
-        begun[k] if first else Stop(end.contact, end.side)
-        for k, first, end in zip(parts.segment, begins, parts.ends, strict=True)
-    ]
-    modes = np.array([end.mode for end in parts.ends])
-    follows = [whole[k - 1].watch == FORCE_WATCH for k in parts.segment]
-    every = _windows(compiled, parts, before, begins & np.array(follows))
-    for code in dict.fromkeys(modes.tolist()):
-        segments = np.flatnonzero(modes == code)
-        flights = every if len(compiled.modes) == 1 else every.within(segments)
-        for guard in compiled.modes[code].guards:
-            if is_infinite(guard.lower) and is_infinite(guard.upper):
-                continue  # its gap is constant
-            for near in _gaps(compiled, flights, code, guard, segments):
-                k = near.segment
-                if parts.chatters[k] and guard[:2] == (parts.ends[k].contact, GAP_WATCH):
-                    continue
-                here = near._replace(
-                    segment=int(parts.segment[k]), time=near.time + float(parts.since[k])
-                )
+    numbers, since = parts.segment.tolist(), parts.since.tolist()
+    flights = []
+    for j, (k, end) in enumerate(zip(numbers, parts.ends, strict=True)):
+        begins = j == 0 or numbers[j - 1] != k
+        before = tuple(begun[k]) if begins else end[:2]
+        flights.append(_Ends((before, end[:2]), begins and whole[k - 1].watch == FORCE_WATCH))
+    modes = [end.mode for end in parts.ends]
+    found = compiled.approach(parts.states, parts.durations, modes)
+    for guard in found.guards:
+        if is_infinite(guard.lower) and is_infinite(guard.upper):
+            continue  # its gap is constant
+        for j, along in guard.flights.items():
+            k, chatters = numbers[j], parts.chatters[j]
+            if chatters and (guard.contact, guard.watch) == (parts.ends[j].contact, GAP_WATCH):
+                continue
+            for near in _gaps(guard, along, flights[j], float(parts.durations[j])):
+                here = near._replace(segment=k, time=near.time + since[j])
                 least[here.place] = min(here, least.get(here.place, here))
     return least
 
@@ -164,136 +147,74 @@ def amplitudes(
 ) -> dict[tuple[int, int], float]:
     """Reference size for the gap of each guard, by the numbers of its contact and watch."""
     modes = [End(*end).mode for end in ends]
-    most = compiled.largest(compiled.sampled(states, durations, modes))
+    most = compiled.approach(states, durations, modes).most
     sizes: dict[tuple[int, int], float] = {}
     for guard in (guard for mode in {*modes} for guard in compiled.modes[mode].guards):
         limits = [abs(x) for x in (guard.lower, guard.upper, guard.gain) if not is_infinite(x)]
         key = guard.contact, guard.watch
-        size = float(np.max([np.abs(guard.row) @ most, *limits]))
-        sizes[key] = max(size, sizes.get(key, 0.0))
+        size = max(float(np.abs(guard.row) @ most), *limits, sizes.get(key, 0.0))
+        sizes[key] = size
     return sizes
 
 
-def _windows(
-    compiled: Prescribed, parts: Explicit, begun: Sequence[Stop], released: Flags
-) -> _Flights:
-    modes = [end.mode for end in parts.ends]
-    windows, values = compiled.flights(parts.states, parts.durations, modes)
-    since = windows.start[:, None] + (1.0 + nodes(WINDOW_NODES)) * (windows.length / 2.0)
-    phase = parts.states[windows.segment, -1][:, None] + compiled.omega * since
-    return _Flights(
-        windows=windows,
-        values=compiled.embedded(values, phase),
-        impacts=np.stack([np.array(begun), np.array([end[:2] for end in parts.ends])], axis=1),
-        released=released,
-    )
-
-
-def _gaps(
-    compiled: Prescribed, flights: _Flights, code: int, guard: GuardRow, segments: Integers
-) -> Iterator[Nearest]:
-    """Gaps of a guard in the flights of its mode: at its extrema, and where others end the flight."""
-    mode, i = compiled.modes[code], guard.contact
-    place = fitted((flights.values @ guard.row).T + guard.gain)
-    rate = fitted((flights.values @ (guard.row @ mode.b)).T + guard.row @ mode.constant)
-    at, x = real_zeros_of(rate, FLAT_OF_LARGEST_RATE)
-    w = flights.windows
-    times = w.since(at, x)
-    whole = w.durations[w.segment[at]]
+def _gaps(guard: GuardAlong, along: Passage, ends: _Ends, whole: float) -> Iterator[Nearest]:
+    """Gaps of a guard in a flight: at its extrema, and where others begin or end it."""
     margin = PLAY_OF_AMPLITUDE * whole
-    inside = (times > margin) & (times < whole - margin)
-    inside &= ~_leaving(flights, guard, place, at, times)
-    at, times = at[inside], times[inside]
-    rigid = guard.watch == GAP_WATCH
-    own = np.zeros(len(at), dtype=bool)
-    if rigid:
-        own = _own(flights, rate, i, w.segment[at], times, segments)
-    edges = [(_others(flights, guard, place, rate, segments, edge), edge) for edge in (0, 1)]
-    at = np.concatenate([at, *((w.first, w.last)[edge][k] for k, edge in edges)])
-    times = np.concatenate([times, *(edge * w.durations[k] for k, edge in edges)])
-    own = np.concatenate([own, np.zeros(len(at) - len(own), dtype=bool)])
-    u = values_at(place, at, w.place(at, times))
-    found = w.segment[at].tolist(), times.tolist(), own.tolist(), u.tolist()
-    for k, t, by_impact, value in zip(*found, strict=True):
+    inside = [
+        (t, u)
+        for t, u in along.extrema
+        if margin < t < whole - margin and not _leaves(guard, ends, t, u, whole)
+    ]
+    own = _own(guard, along, ends, [t for t, _ in inside]) if guard.watch == GAP_WATCH else set()
+    edges = [
+        (edge * whole, along.values[edge]) for edge in (0, 1) if _counts(guard, along, ends, edge)
+    ]
+    for j, (t, u) in enumerate([*inside, *edges]):
         if not is_infinite(guard.upper):
-            yield Nearest(guard.upper - value, i, 1, k, t, by_impact, guard.watch)
+            yield Nearest(guard.upper - u, guard.contact, 1, 0, t, j in own, guard.watch)
         if not is_infinite(guard.lower):
-            yield Nearest(value - guard.lower, i, -1, k, t, by_impact, guard.watch)
+            yield Nearest(u - guard.lower, guard.contact, -1, 0, t, j in own, guard.watch)
 
 
-def _own(
-    flights: _Flights, rate: Floats, i: int, segment: Integers, times: Floats, segments: Integers
-) -> Flags:
-    """Mask of extrema that belong to an impact which is reached or left from behind."""
-    own = np.zeros(len(times), dtype=bool)
+def _own(guard: GuardAlong, along: Passage, ends: _Ends, times: list[float]) -> set[int]:
+    """Extrema that belong to an impact which is reached or left from behind."""
+    own = set()
     for edge, sense in enumerate((1.0, -1.0)):
-        contact, side = flights.impacts[segments, edge].T
-        behind = sense * side * _at_edge(flights, rate, segments, edge) > 0.0
-        behind &= (edge == 1) | ~flights.released[segments]
-        for k in segments[behind & (contact == i)]:
-            inside = np.flatnonzero(segment == k)
-            if inside.size:
-                own[inside[np.argmin(sense * times[inside])]] = True
+        contact, side = ends.stops[edge]
+        if contact != guard.contact or not times or (edge == 0 and ends.released):
+            continue
+        if sense * side * along.rates[edge] > 0.0:
+            own.add(min(range(len(times)), key=lambda j, sense=sense: sense * times[j]))  # type: ignore[misc]
     return own
 
 
-def _leaving(
-    flights: _Flights, guard: GuardRow, place: Floats, at: Integers, times: Floats
-) -> Flags:
-    """Mask of extrema of a guard that are its touch of a limit where the element changes.
+def _leaves(guard: GuardAlong, ends: _Ends, time: float, u: float, whole: float) -> bool:
+    """Whether an extremum of a guard is its touch of a limit where the element changes.
 
     Slip begins at speed and acceleration zero, where both levels of friction are equal; and so does the
     gap of a stop that is released.
     """
-    w = flights.windows
-    k = w.segment[at]
-    whole = w.durations[k]
-    near = [times < EDGE_OF_FLIGHT * whole, times > (1.0 - EDGE_OF_FLIGHT) * whole]
+    near = [time < EDGE_OF_FLIGHT * whole, time > (1.0 - EDGE_OF_FLIGHT) * whole]
     if guard.watch == GAP_WATCH:
-        near = [near[0] & flights.released[k], np.zeros(len(at), dtype=bool)]
-    own = [near[edge] & (flights.impacts[k, edge, 0] == guard.contact) for edge in (0, 1)]
-    u = values_at(place, at, w.place(at, times))
-    beyond = np.minimum(np.abs(guard.lower - u), np.abs(u - guard.upper))
-    leaving: Flags = (own[0] | own[1]) & (beyond <= LIMIT_OF_AMPLITUDE * _size(flights, guard))
-    return leaving
+        near = [near[0] and ends.released, False]
+    own = any(near[edge] and ends.stops[edge][0] == guard.contact for edge in (0, 1))
+    beyond = min(abs(guard.lower - u), abs(u - guard.upper))
+    return own and beyond <= LIMIT_OF_AMPLITUDE * guard.size
 
 
-def _size(flights: _Flights, guard: GuardRow) -> float:
-    """Size of the terms of a guard."""
-    return float((np.abs(flights.values) @ np.abs(guard.row)).max()) + abs(guard.gain)
-
-
-def _others(
-    flights: _Flights, guard: GuardRow, place: Floats, rate: Floats, segments: Integers, edge: int
-) -> Integers:
-    """Flights that begin (edge 0) or end (1) with another contact, so that the gap there counts.
+def _counts(guard: GuardAlong, along: Passage, ends: _Ends, edge: int) -> bool:
+    """Whether a flight begins (edge 0) or ends (1) with another contact, so that the gap there counts.
 
     Where an element changes its state its guards may be at their limits; beyond them they count, too.
     """
-    other = flights.impacts[segments, edge, 0] != guard.contact
+    contact = ends.stops[edge][0]
+    if contact == PHASE:  # nothing happens there: only an extremum counts
+        return abs(along.rates[edge]) <= FLAT_AT_PHASE * guard.fastest
     if guard.watch != GAP_WATCH:
-        u = _at_edge(flights, place, segments, edge)
-        beyond = np.maximum(guard.lower - u, u - guard.upper)
-        other |= beyond > LIMIT_OF_AMPLITUDE * _size(flights, guard)
-    at_phase = flights.impacts[segments, edge, 0] == PHASE
-    if at_phase.any():  # nothing happens there: only an extremum counts
-        other = np.where(at_phase, _is_flat(flights, rate, segments, edge), other)
-    found: Integers = segments[other]
-    return found
-
-
-def _is_flat(flights: _Flights, rate: Floats, segments: Integers, edge: int) -> Flags:
-    """Whether a guard has an extremum at the start (0) or the end (1) of some flights."""
-    largest = np.abs(np.polynomial.chebyshev.chebval(nodes(WINDOW_NODES), rate)).max()
-    flat: Flags = np.abs(_at_edge(flights, rate, segments, edge)) <= FLAT_AT_PHASE * largest
-    return flat
-
-
-def _at_edge(flights: _Flights, series: Floats, segments: Integers, edge: int) -> Floats:
-    """Values of a series at the start (0) or the end (1) of some flights."""
-    w = flights.windows
-    window = (w.first, w.last)[edge][segments]
-    return values_at(series, window, w.place(window, edge * w.durations[segments]))
+        beyond = max(guard.lower - along.values[edge], along.values[edge] - guard.upper)
+        if beyond > LIMIT_OF_AMPLITUDE * guard.size:
+            return True
+    return contact != guard.contact
 
 
 def why_inadmissible(

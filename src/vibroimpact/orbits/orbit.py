@@ -95,10 +95,16 @@ class Orbit(Result):
         if self.status == FOUND and not self.residual <= LARGEST_RESIDUAL:
             status = f"no convergence: relative residual {self.residual:.1e}"
             object.__setattr__(self, "status", status)
-        if self.mechanism.massless:
+        if self.problem.massless:
             compiled = self.problem.own
             states = compiled.with_speeds(self.states, self.problem.modes)
             object.__setattr__(self, "states", states)
+
+    def know(self, linearised: Linearised, multipliers: Complexes) -> None:
+        """Take what was computed with the equations on a branch: the segments, and multipliers of the solved map."""
+        vars(self)["linearised"] = linearised
+        if not self.rateless:
+            vars(self)["_of_solved_map"] = multipliers
 
     @property
     def converged(self) -> bool:
@@ -124,6 +130,14 @@ class Orbit(Result):
     def mechanism(self) -> Mechanism:
         """The mechanism of the system."""
         return self.problem.mechanism
+
+    @property
+    def _sizes(self) -> Floats:
+        """Sizes of the changes of the unknowns."""
+        known = self.problem.common_sizes
+        if known is not None:
+            return known
+        return scale_of(self.problem, self.problem.packed(self.states, self.durations))
 
     @cached_property
     def linearised(self) -> Linearised:
@@ -154,10 +168,10 @@ class Orbit(Result):
     @property
     def state(self) -> State:
         """State just after the first impact, for simulation."""
-        n = self.mechanism.degrees
+        n = self.problem.degrees
         first = self.states[0].copy()
         if self.converged and self._rests_at_first:  # nothing is left but rounding of the motion
-            sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
+            sizes = self._sizes
             size = np.zeros(len(first))
             size[self.problem.kept] = sizes[: self.problem.size]
             first[np.abs(first) <= ROUNDING_OF_TERMS * size] = 0.0
@@ -177,7 +191,7 @@ class Orbit(Result):
     @cached_property
     def progress(self) -> Floats:
         """How far each coordinate advances in a period, shape (n,); zero where nothing drifts."""
-        n = self.mechanism.degrees
+        n = self.problem.degrees
         if not self.converged or not self.problem.pivots:
             return np.zeros(n) if self.converged else np.full(n, math.nan)
         z = self.problem.packed(self.states, self.durations)
@@ -223,8 +237,7 @@ class Orbit(Result):
         ends = self.problem.ends
         if not self.signature.flights:
             return [1.0] * len(ends)
-        z = self.problem.packed(self.states, self.durations)
-        sizes = scale_of(self.problem, z)
+        sizes = self._sizes
         units = guard_sizes(self.problem, sizes) / sizes[self.problem.size]
         speeds = self.linearised.rate / units
         return [
@@ -237,8 +250,9 @@ class Orbit(Result):
         if not self.converged or self.rateless:
             free = self.problem.size - 1 - len(self.problem.pivots)
             return np.full(free, complex(math.nan, math.nan))
-        sizes = scale_of(self.problem, self.problem.packed(self.states, self.durations))
-        return PencilOf(self.problem, sizes).at(self.problem.own, self.linearised).eigenvalues()
+        return (
+            PencilOf(self.problem, self._sizes).at(self.problem.own, self.linearised).eigenvalues()
+        )
 
     @property
     def zero_multipliers(self) -> int:
@@ -381,8 +395,8 @@ class Orbit(Result):
         """The smallest closing speed of an impact; infinite where there is none."""
         if not self.converged:
             return math.nan
-        struck = np.roll(impacting(self.mechanism, self.signature), -1)[: len(self.durations)]
-        return float(np.min(np.abs(self.linearised.rate[struck]), initial=math.inf))
+        rates = np.abs(self.linearised.rate[self.problem.struck])
+        return float(np.min(rates, initial=math.inf))
 
     def to_dataset(self) -> xr.Dataset:
         """Convert the orbit to an xarray dataset, with its multipliers and verdicts."""

@@ -30,7 +30,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Count, Floats
+from vibroimpact._core.types import Count, Flags, Floats
 from vibroimpact.compile.along import Along
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
@@ -56,6 +56,10 @@ Value = float | tuple[float, ...]  # of the parameter, or of several
 Key = TypeVar("Key")
 Made = TypeVar("Made")
 
+SAME_AT_ALL_VALUES = (  # of the parameter, among the attributes of equations
+    "signature", "parameter", "impacts", "ends", "modes", "codes", "degrees", "massless", "kept", "size", "turn",
+    "symmetry", "source", "signs", "drifts", "pivots", "relative", "common_sizes", "struck",
+)  # fmt: skip
 # So many of the latest evaluations are kept, those of some panels of a branch.
 KEPT_EVALUATIONS = 64
 WHOLE_RATIO_WITHIN = 1e-9  # a ratio of forcing frequencies that is so near to a whole number is one
@@ -403,27 +407,28 @@ class OrbitProblem:
         d of (4), shape (size, k) by the unknowns of a state; ``pivots`` are the numbers j.
     symmetry, source, signs
         S of (3), None for other orbits; entry k of the image of a change of a state is signs[k] times entry source[k].
+    common_sizes
+        Sizes of the changes of the unknowns, the same for all orbits of a branch; None where each orbit has its own.
     """
 
     system: System
     signature: Signature
     parameter: str
-    mechanism: Mechanism = field(init=False)
     impacts: tuple[Stop, ...] = field(init=False)
     ends: tuple[End, ...] = field(init=False)
     _systems: dict[Value, System] = field(default_factory=dict, init=False, repr=False)
     _compiled: dict[Value, Prescribed] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.mechanism = mechanism_of(self.system)
         check_signature(self.mechanism, self.signature)
         if self.parameter:
             parameter_value(self.system, self.parameter)
         self.impacts, self.ends = self.signature.solved, self.signature.ends
         self.modes = tuple(end.mode for end in self.ends)
         self.codes = tuple(sorted({*self.modes}))
-        self.along = Along(self.system, (self.parameter,) if self.parameter else (), self.codes)
-        n, massless = self.mechanism.degrees, self.mechanism.massless
+        self.common_sizes: Floats | None = None
+        self.degrees, self.massless = self.mechanism.degrees, self.mechanism.massless
+        n, massless = self.degrees, self.massless
         entries = range(2 * n + (1 if self.mechanism.forces else 0))
         self.kept = [i for i in entries if i - n not in massless]
         self.size = len(self.kept)
@@ -451,6 +456,22 @@ class OrbitProblem:
         self.relative[:, self.pivots] -= self.drifts
         self.relative[self.pivots] = 0.0
 
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism of the system."""
+        return mechanism_of(self.system)
+
+    @cached_property
+    def along(self) -> Along:
+        """The system compiled along the parameter."""
+        return Along(self.system, (self.parameter,) if self.parameter else (), self.codes)
+
+    @cached_property
+    def struck(self) -> Flags:
+        """Which of the segments end with an impact, shape (m,)."""
+        every = impacting(self.mechanism, self.signature)
+        return np.roll(every, -1)[: len(self.impacts)]
+
     def system_at(self, p: Value) -> System:
         """System at the value p of the parameter; the latest ones, with their mechanisms, are kept."""
         return latest(self._systems, p, self._system)
@@ -469,8 +490,11 @@ class OrbitProblem:
 
     def at(self, p: Value) -> OrbitProblem:
         """The equations of the system at the value p of the parameter, which is compiled."""
-        problem = OrbitProblem(self.system_at(p), self.signature, self.parameter)
-        problem.own = self.compiled(p)
+        problem = OrbitProblem.__new__(OrbitProblem)
+        same = {name: getattr(self, name) for name in SAME_AT_ALL_VALUES}
+        vars(problem).update(
+            same, system=self.system_at(p), own=self.compiled(p), _systems={}, _compiled={}
+        )
         return problem
 
     def compiled(self, p: Value) -> Prescribed:
@@ -487,14 +511,14 @@ class OrbitProblem:
     def unpacked(self, z: Floats) -> tuple[Floats, Floats]:
         """States (m, 2n + 1) and flight times (m,) from z; zero where zeta has no unknown."""
         rows = np.reshape(z, (len(self.impacts), self.size + 1))
-        states = np.zeros((len(rows), 2 * self.mechanism.degrees + 1))
+        states = np.zeros((len(rows), 2 * self.degrees + 1))
         states[:, self.kept] = rows[:, : self.size]
         return states, rows[:, self.size].copy()
 
     def states_at(self, z: Floats, p: Value) -> Floats:
         """States (m, 2n + 1) from z, with the velocities of massless coordinates."""
         states = self.unpacked(z)[0]
-        if not self.mechanism.massless:
+        if not self.massless:
             return states
         return self.compiled(p).with_speeds(states, self.modes)
 
@@ -524,7 +548,7 @@ class OrbitProblem:
     def progress_by(self, z: Floats, p: Value) -> Floats:
         """Derivatives of the progress by z and, last, by p, shape (k, d + 1)."""
         parts, q = self.linearised(z, p), self.size
-        columns = [*self.kept, 2 * self.mechanism.degrees + 1]
+        columns = [*self.kept, 2 * self.degrees + 1]
         entries = [self.kept[j] for j in self.pivots]
         out = np.zeros((len(self.pivots), len(z) + 1))
         last = (len(self.impacts) - 1) * (q + 1)
@@ -544,28 +568,30 @@ class OrbitProblem:
 
     def jacobian(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
         """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
-        return self.expanded(z, p)[1:]
+        return self._by_unknowns(self.linearised(z, p))
 
     def expanded(self, z: Floats, p: Value) -> tuple[Floats, Floats, Floats]:
         """Residual and both derivatives at once."""
         parts = self.linearised(z, p)
+        return self._residual(z, parts), *self._by_unknowns(parts)
+
+    def _by_unknowns(self, parts: Linearised) -> tuple[Floats, Floats]:
         m, q = len(self.impacts), self.size
-        columns = [*self.kept, 2 * self.mechanism.degrees + 1]  # the state, the flight time
+        columns = [*self.kept, 2 * self.degrees + 1]  # the state, the flight time
         of_state = parts.after_by[:, self.kept]
-        ks = np.arange(m)
-        following = np.tile(np.eye(q), (m, 1, 1))
-        following[-1] = self.reflected(np.eye(q))
+        ks, states = np.arange(m), np.arange(q)
         matrix = np.zeros((m, q + 1, m, q + 1))
         matrix[ks, :q, ks] = of_state[:, :, columns]
         matrix[ks, q, ks] = parts.gap_by[:, columns]
-        matrix[ks, :q, (ks + 1) % m, :q] -= following
+        matrix[ks[:-1, None], states, ks[1:, None], states] -= 1.0
+        matrix[-1, states, 0, self.source] -= self.signs
         by_parameter = np.column_stack([of_state[:, :, -1], parts.gap_by[:, -1]])
         if self.pivots:
             matrix[-1, :q] = np.tensordot(self.relative, matrix[-1, :q], axes=1)
             matrix[-1, self.pivots, 0, self.pivots] = 1.0
             by_parameter[-1, :q] = self.relative @ by_parameter[-1, :q]
         d = m * (q + 1)
-        return self._residual(z, parts), matrix.reshape(d, d), by_parameter.ravel()
+        return matrix.reshape(d, d), by_parameter.ravel()
 
     def reflected(self, changes: Floats) -> Floats:
         """Images under G of changes of a state, its unknowns along the first axis."""
