@@ -150,7 +150,7 @@ class OrbitFamily(OrbitProblem):
 
     def residual(self, z: Floats, p: Value) -> Floats:
         """Residual of :class:`OrbitProblem`; NaN beyond the range of the parameter or of time."""
-        backwards = float(self.unpacked(z)[1].min()) * self._rate
+        backwards = float(z[self.size :: self.size + 1].min()) * self._rate
         if backwards < -STEP_ANGLE:
             self.refused = "a flight takes negative time: two impacts have changed order"
             return np.full(len(z), np.nan)

@@ -300,17 +300,21 @@ class Prescribed:
     @cached_property
     def modes(self) -> dict[int, Numbers]:
         """Modes by their code."""
-        at, d, numbers = self.layout, self.layout.width, self.values[0]
+        at, d = self.layout, self.layout.width
         found = {}
         for k, code in enumerate(at.codes):
-            guards, (*places, after) = [], at.rows[k]
-            for (contact, watch), place in zip(at.guards[k], places, strict=True):
-                row, rest = numbers[place : place + d], numbers[place + d : place + d + 3]
-                guards.append(GuardRow(contact, watch, row, *rest.tolist()))
-            speeds = numbers[after : after + len(at.light) * d].reshape(-1, d)
+            guards = [self._guard(k, j) for j in range(len(at.guards[k]))]
+            after = at.rows[k][-1]
+            speeds = self.values[0, after : after + len(at.light) * d].reshape(-1, d)
             b, constant = self._fields[k, :-1], self._fields[k, -1]
             found[code] = Numbers(b, constant, tuple(guards), at.forgotten[k], speeds, at.light)
         return found
+
+    def _guard(self, k: int, j: int) -> GuardRow:
+        """Guard j of mode k."""
+        numbers, place, d = self.values[0], self.layout.rows[k][j], self.layout.width
+        row, rest = numbers[place : place + d], numbers[place + d : place + d + 3]
+        return GuardRow(*self.layout.guards[k][j], row, *rest.tolist())
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -428,8 +432,8 @@ class Prescribed:
             row[2 * self.degrees] = 1.0
             return GuardRow(PHASE, PHASE_WATCH, row, 0.0, 0.0, 0.0)
         watch = GAP_WATCH if watch == CHATTER_WATCH else watch
-        guards = self.modes[code].guards
-        return next(g for g in guards if (g.contact, g.watch) == (contact, watch))
+        k = self.mode_number(code)
+        return self._guard(k, self.layout.guards[k].index((contact, watch)))
 
     def slopes(self, end: tuple[int, ...], state: Floats) -> Floats:
         """Derivatives of a guard by zeta at a state, shape (2n + 1,)."""

@@ -90,7 +90,7 @@ class Panel:
 
     def determinant(self, node: Node) -> float:
         """The branch-point function (3) at a node."""
-        return _relative_determinant(node, self.row, self.reference)
+        return determinant(node, self.row).over(self.reference)
 
 
 @dataclass(frozen=True)
@@ -196,8 +196,12 @@ def _with_tests(
 ) -> Panel | Failure:
     """Evaluate the test functions at the nodes, and check (2) for them."""
     row = traced.nodes[0].direction
-    reference = largest_of([determinant(node, row) for node in traced.nodes])
-    values = [test_values(problem, node, row, reference) for node in traced.nodes]
+    determinants = [determinant(node, row) for node in traced.nodes]
+    reference = largest_of(determinants)
+    values = [
+        test_values(problem, node, own.over(reference))
+        for node, own in zip(traced.nodes, determinants, strict=True)
+    ]
     tests = {
         name: Expansion(0.0, curve.high, np.array([at.get(name, math.nan) for at in values]))
         for name in values[0]
@@ -219,19 +223,10 @@ def _with_tests(
     return Panel(row, tuple(traced.nodes), curve, tests, unresolved, reference, max(held))
 
 
-def test_values(
-    problem: Scaled, node: Node, row: Floats, reference: Determinant
-) -> dict[str, float]:
-    """All test functions at a node: those of (3), then the problem's own."""
-    built_in = {
-        FOLD: float(node.direction[-1]),
-        BRANCH_POINT: _relative_determinant(node, row, reference),
-    }
+def test_values(problem: Scaled, node: Node, of_branch_points: float) -> dict[str, float]:
+    """All test functions at a node: those of (3), of which the second is given, then the problem's own."""
+    built_in = {FOLD: float(node.direction[-1]), BRANCH_POINT: of_branch_points}
     return built_in | problem.watched(node.y)
-
-
-def _relative_determinant(node: Node, row: Floats, reference: Determinant) -> float:
-    return determinant(node, row).over(reference)
 
 
 def _noise(problem: Scaled, node: Node, row: Floats) -> float:

@@ -100,7 +100,7 @@ class Sampler:
         node = correct(self.problem, panel.curve.at(s), panel.row, target, tolerance=0.0).node
         if node is None:
             return None
-        return node, test_values(self.problem, node, panel.row, panel.reference)
+        return node, test_values(self.problem, node, panel.determinant(node))
 
 
 def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[LocatedZero]:
