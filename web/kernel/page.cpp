@@ -7,20 +7,6 @@
 // Accuracy    the bits of Python (engine of the same headers, equal flags); of sin, cos, exp, log and powers other
 //             than squares a last digit may differ
 
-// The instruction for fma of relaxed SIMD, as numeric/fma.hpp takes that of other targets: it rounds once where the
-// processor has it, which the page finds out by fused() before it takes this module.
-#if defined(__wasm_relaxed_simd__)
-inline double fma_of_relaxed_simd(double a, double b, double c) {
-    using pair = double __attribute__((vector_size(16)));
-    return __builtin_wasm_relaxed_madd_f64x2(pair{a, a}, pair{b, b}, pair{c, c})[0];
-}
-#define __FMA__ 1
-#define __builtin_fma fma_of_relaxed_simd
-#include "vibroimpact/numeric/fma.hpp"
-#undef __FMA__
-#undef __builtin_fma
-#endif
-
 #include <cstdlib>
 #include <new>
 
@@ -539,7 +525,7 @@ int kind_of(const recording& r) {
 
 } // namespace
 
-// Whether fma rounds once: a module with the instruction for it does so on some processors only.
+// Whether fma rounds once: the instruction of relaxed SIMD does so on some processors only.
 EXPORT(fused) int fused(double x) { // 2^-30
     return vi::fma(1.0 + x, 1.0 + x, -1.0 - 2.0 * x) == x * x;
 }

@@ -127,6 +127,9 @@ VI_HD inline double fma(double a, double b, double c) {
     return ::fma(a, b, c);
 #elif defined(__FMA__) || defined(__aarch64__)
     return __builtin_fma(a, b, c);
+#elif defined(__wasm_relaxed_simd__)
+    using pair = double __attribute__((vector_size(16)));
+    return __builtin_wasm_relaxed_madd_f64x2(pair{a, a}, pair{b, b}, pair{c, c})[0];
 #else
     return detail::exact_fma(a, b, c);
 #endif
