@@ -232,7 +232,8 @@ class Recording:
     A computation with parameters, recorded once and repeated at other values of them.
 
     Numbers that depend on parameters are :class:`Recorded`. Comparisons of them are
-    conditions: where one has another outcome the computation is not repeated.
+    conditions: where one has another outcome the computation is not repeated. That of
+    explorer/recording.py is another one, which the explorer's page repeats.
     """
 
     def __init__(self) -> None: ...

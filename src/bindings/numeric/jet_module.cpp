@@ -198,7 +198,8 @@ void bind_recording(nb::module_& m) {
         m, "Recording",
         "A computation with parameters, recorded once and repeated at other values of them.\n\n"
         "Numbers that depend on parameters are :class:`Recorded`. Comparisons of them are\n"
-        "conditions: where one has another outcome the computation is not repeated.")
+        "conditions: where one has another outcome the computation is not repeated. That of\n"
+        "explorer/recording.py is another one, which the explorer's page repeats.")
         .def(nb::init<>())
         .def(
             "parameter",

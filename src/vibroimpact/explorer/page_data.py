@@ -15,8 +15,7 @@ import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
-from itertools import product
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -207,25 +206,28 @@ def covers(recording: Data, values: Mapping[str, float], pace: float = 0.0) -> b
 def is_covered(system: System, recordings: Iterable[Data]) -> bool:
     """Whether one of the recordings gives the system at its values."""
     values = values_of(system)
-    paces = {0.0, _fastest(system, values)}
-    return any(covers(one, values, pace) for one in recordings for pace in paces)
+    met = _met(system, values)
+    return met is not None and any(
+        covers(one, values, pace) for one in recordings for pace in {0.0, met.pace}
+    )
 
 
 def recordings_of(system: System, values: Mapping[str, float] | None = None) -> list[Data]:
     """Recordings of a system at its values, and at others that go another way through the code."""
     at = values_of(system) if values is None else dict(values)
-    found, codes = list[Data](), set[int]()
-    tried = [at, *_others(system, at)]
-    for values in tried:
-        codes |= _codes_met(system, values)
-    for values, pace in product(tried, (0.0, 1.0)):
+    found, tried, codes = list[Data](), list[tuple[dict[str, float], float]](), set[int]()
+    for one in (at, *_others(at)):
+        met = _met(system, one)
+        if met is not None:
+            codes |= met.codes
+            tried += [(one, 0.0), (one, met.pace)] if met.pace else [(one, 0.0)]
+    for one, pace in tried:
         if len(found) == MOST_RECORDINGS:
             break
-        paced = pace and _fastest(system, values)
-        if bool(pace) != bool(paced) or any(covers(one, values, paced) for one in found):
+        if any(covers(each, one, pace) for each in found):
             continue
         try:
-            found.append(_with_codes(system, values, codes, paced))
+            found.append(_with_codes(system, one, codes, pace))
         except (VibroImpactError, ArithmeticError, TypeError, Split):
             if not found:
                 raise
@@ -242,14 +244,32 @@ def _with_codes(
         return recording_of(system, values, (), pace)
 
 
-def _fastest(system: System, values: Mapping[str, float]) -> float:
-    """A pace of which some motion of the machine may be; zero where its own rates serve for all."""
-    h = hybrid_of(mechanism_of(with_parameters(system, values)))
-    return 0.0 if h.most_pace > 2.0**-20 else 4.0
+class _Met(NamedTuple):
+    """Modes beside those that are built at first, and a pace of which some motion may be.
+
+    The pace is zero where the machine's own rates serve for all motions.
+    """
+
+    codes: set[int]
+    pace: float
 
 
-def _others(system: System, values: Mapping[str, float]) -> list[dict[str, float]]:
-    """Other values that the system takes: each parameter halved, doubled, zero, and all at random."""
+def _met(system: System, values: Mapping[str, float]) -> _Met | None:
+    """What a motion at these values meets; None where the system refuses them."""
+    try:
+        changed = with_parameters(system, values)
+        try:
+            run = simulate(changed, start_of(changed), impacts=IMPACTS, t_max=_long(changed))
+            codes, most = {*run._compiled.codes}, run._compiled.most_pace
+        except VibroImpactError:  # the start is not one for these values
+            codes, most = set[int](), hybrid_of(mechanism_of(changed)).most_pace
+    except (VibroImpactError, ArithmeticError):
+        return None
+    return _Met(codes, 0.0 if most > 2.0**-20 else 4.0)
+
+
+def _others(values: Mapping[str, float]) -> list[dict[str, float]]:
+    """Other values, which the system may refuse: each parameter halved, doubled, zero, and all at random."""
     random = np.random.default_rng(1)
     tried = [{**values, name: x * f} for name, x in values.items() for f in (0.5, 2.0, 0.0) if x]
     tried += [{**values, name: 0.1} for name, x in values.items() if not x]
@@ -258,25 +278,7 @@ def _others(system: System, values: Mapping[str, float]) -> list[dict[str, float
         {n: x * f for (n, x), f in zip(values.items(), row, strict=True)}
         for row in factors.tolist()
     ]
-    return [one for one in tried if _is_taken(system, one)]
-
-
-def _is_taken(system: System, values: Mapping[str, float]) -> bool:
-    try:
-        hybrid_of(mechanism_of(with_parameters(system, values)))
-    except (VibroImpactError, ArithmeticError):
-        return False
-    return True
-
-
-def _codes_met(system: System, values: Mapping[str, float]) -> set[int]:
-    """Modes beside those that are built at first that a motion meets."""
-    changed = with_parameters(system, values)
-    try:
-        run = simulate(changed, start_of(changed), impacts=IMPACTS, t_max=_long(changed))
-    except VibroImpactError:
-        return set()
-    return {*run._compiled.codes}
+    return tried
 
 
 def _long(system: System) -> float:
@@ -325,7 +327,7 @@ def machine_data(system: System, start: State | None = None) -> Data:
         "start": {"x": [*at.position], "v": [*at.velocity], "phase": at.phase},
         "elements": [
             {
-                "label": label, "kind": e.kind, "rigid": e.rigid, "stop": e.is_stop, "row": [*e.row],
+                "label": label, "rigid": e.rigid, "stop": e.is_stop, "row": [*e.row],
                 "states": {int(k): look.words for k, look in e.looks.items()},
                 "motion": [[_line(m, line.omega), *line.sine, *line.cosine] for line in e.motion],
             }
@@ -336,7 +338,6 @@ def machine_data(system: System, start: State | None = None) -> Data:
             for kind, a in (("spring", m.stiffness), ("dashpot", m.damping))
             for i, j, _ in links(a)
         ],
-        "masses": [m.mass[i][i] for i in range(m.degrees)],
         "recordings": recordings_of(system, values),
     }  # fmt: skip
 

@@ -39,7 +39,8 @@ NAMED = {SINE: "sin", COSINE: "cos", EXP: "exp", LOG: "log", POWER: "power"}
 class Recording:
     """Operations on inputs, in order: each has a number, a name, and operands, numbers of entries.
 
-    Entries are the inputs, then constants and results as they are first needed.
+    Entries are the inputs, then constants and results as they are first needed. ``_kernel.Recording`` does the
+    same for branches, which repeat it in Python (compile/along.py); this one is for a page, which has no Python.
     """
 
     def __init__(self, inputs: int) -> None:
