@@ -303,7 +303,6 @@ vi::batch_arrays arrays_of(const recording& r) {
 }
 
 int wanted = 0, why = 0; // of the latest call: code of a mode that is missing, reason of the end
-double time_high = 0.0, time_low = 0.0;
 
 // What of an event is written: numbers of a row.
 constexpr int head = 9; // status, contact, side, mode, time (2), rates before and after, phase
@@ -364,8 +363,6 @@ struct machine {
         const auto end = vi::run(system, at, now, {t_max, flight_limit, events, impacts}, see);
         why = static_cast<int>(end.why);
         wanted = end.code;
-        time_high = now.high;
-        time_low = now.low;
     }
 
     void put_place(double*& out, int mode, const vi::vec<double, D>& y) const {
@@ -615,7 +612,4 @@ EXPORT(reason) int reason() {
 }
 EXPORT(missing) int missing() {
     return wanted;
-}
-EXPORT(time_now) double time_now() {
-    return time_high + time_low;
 }

@@ -40,7 +40,6 @@ export interface Parameter {
 
 export interface ElementData {
   label: string;
-  kind: string;
   rigid: boolean;
   stop: boolean;
   row: number[];
@@ -59,7 +58,6 @@ export interface MachineData {
   start: Start;
   elements: ElementData[];
   links: [string, number, number][];
-  masses: number[];
   recordings: Recording[];
 }
 
@@ -67,6 +65,15 @@ export interface Start {
   x: number[];
   v: number[];
   phase: number;
+}
+
+/** A start in which coordinates are changed: "x1", ..., "v1", ..., "phase". */
+export function withCoordinates(start: Start, at: Record<string, number>): Start {
+  const changed = { x: [...start.x], v: [...start.v], phase: start.phase };
+  for (const [name, x] of Object.entries(at))
+    if (name === "phase") changed.phase = x;
+    else changed[name[0] as "x" | "v"][Number(name.slice(1)) - 1] = x;
+  return changed;
 }
 
 export const PACE = "pace";

@@ -18,11 +18,10 @@ interface Exports {
   step_of(): number;
   reason(): number;
   missing(): number;
-  time_now(): number;
 }
 
 // Ends of runs: RunEnd of simulation/simulate.py.
-export const END_IMPACTS = 0, END_HORIZON = 1, END_SILENT = 2, END_MISSING = 5, END_EVENTS = 6, END_OBSERVER = 7;
+export const END_IMPACTS = 0, END_HORIZON = 1, END_MISSING = 5, END_EVENTS = 6, END_OBSERVER = 7;
 export const END_WORDS: Record<number, string> = {
   2: "no contact will come any more: this is proved",
   3: "the next event could not be decided at double precision",
@@ -33,7 +32,7 @@ export const END_WORDS: Record<number, string> = {
   12: "no contact in a long flight",
 };
 // Kinds of events: Status of simulation/simulate.py.
-export const IMPACT = 0, GRAZING = 1, CHATTER = 2, STICK = 3, RELEASE = 4, SIMULTANEOUS = 5, ENGAGE = 13;
+const IMPACT = 0, CHATTER = 2, SIMULTANEOUS = 5, ENGAGE = 13;
 const COUNTED = new Set([IMPACT, SIMULTANEOUS, CHATTER, ENGAGE]);
 export const isImpact = (status: number): boolean => COUNTED.has(status);
 
@@ -195,6 +194,29 @@ export class Kernel {
     return { impacts: f[0], n: f[1], p: [...f.slice(2, 2 + stops)], q: [...f.slice(2 + stops)], end };
   }
 
+  /** What so many impacts have in common, with whichever of a period they begin: means of the states after them and
+   * their sizes, in groups of positions, velocities, and sine and cosine of the phase. */
+  footprint(impacts: number): number[][] {
+    const n = this.degrees, sums = [new Array<number>(n).fill(0), new Array<number>(n).fill(0), [0, 0]], sizes = [0, 0, 1];
+    for (let left = impacts; left > 0; ) {
+      const e = this.record(Infinity, left);
+      for (let i = 0; i < e.count; ++i) {
+        const row = e.rows.subarray(i * e.width, (i + 1) * e.width);
+        if (!isImpact(row[0])) continue;
+        --left;
+        const after = [row.subarray(HEAD, HEAD + n), row.subarray(HEAD + 2 * n, HEAD + 3 * n), [Math.sin(row[8]), Math.cos(row[8])]];
+        after.forEach((group, g) =>
+          group.forEach((x, k) => {
+            sums[g][k] += x / impacts;
+            sizes[g] = Math.max(sizes[g], Math.abs(x));
+          }),
+        );
+      }
+      if (e.end !== END_EVENTS) break;
+    }
+    return sums.map((sum, g) => [...sum, sizes[g]]);
+  }
+
   /** Positions, then velocities, a time after a state of a mode. */
   evaluate(mode: number, y: ArrayLike<number>, dt: number): Float64Array {
     this.wasm.evaluate(mode, this.put(y, 0), dt, this.out);
@@ -205,9 +227,6 @@ export class Kernel {
   state(): Float64Array {
     this.wasm.state(this.out);
     return this.floats(this.out, this.size).slice();
-  }
-  get time(): number {
-    return this.wasm.time_now();
   }
   get missing(): number {
     return this.wasm.missing();

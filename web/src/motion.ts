@@ -1,7 +1,9 @@
 // The motion that is shown: events as they are computed, states at any time, the drawing of the machine.
 
+import type { Ink } from "./canvas";
 import type { ElementData, MachineData, Start } from "./data";
-import { END_EVENTS, END_HORIZON, END_IMPACTS, END_WORDS, HEAD, isImpact, type Kernel, Refused } from "./kernel";
+import type { Pen } from "./svg";
+import { END_EVENTS, END_HORIZON, END_IMPACTS, END_MISSING, END_WORDS, HEAD, isImpact, type Kernel, Refused } from "./kernel";
 
 export interface Hit {
   time: number;
@@ -44,7 +46,7 @@ export class Motion {
         this.reached = time;
       }
       if (e.end === END_HORIZON) this.reached = t;
-      else if (e.end === 5) throw new Missing(this.kernel.missing);
+      else if (e.end === END_MISSING) throw new Missing(this.kernel.missing);
       else if (e.end !== END_EVENTS && e.end !== END_IMPACTS) this.ended = END_WORDS[e.end] ?? "the run ended";
     }
     this.forget(t - 12 * this.period);
@@ -90,10 +92,6 @@ export function statesOf(code: number, contacts: number, elements: number): numb
   return [...digits, ...Array.from({ length: elements }, (_, i) => Math.floor(rest / 7 ** i) % 7)];
 }
 
-export interface Ink {
-  [name: string]: string;
-}
-
 interface Look {
   machine: MachineData;
   kernel: Kernel;
@@ -107,7 +105,7 @@ interface Look {
 const WALL = 26;
 
 /** Draw the machine as it stands: a lane for every coordinate, and one for every row of other form. */
-export function drawMachine(c: CanvasRenderingContext2D, width: number, height: number, look: Look): void {
+export function drawMachine(c: Pen, width: number, height: number, look: Look): void {
   const { machine, kernel, motion, ink, time } = look, n = kernel.degrees;
   const { mode, xv } = motion.at(time), x = xv.subarray(0, n);
   const parts = kernel.parts, withRow = machine.elements.filter((e) => e.row.length);
@@ -120,8 +118,9 @@ export function drawMachine(c: CanvasRenderingContext2D, width: number, height: 
   // one scale for all: what moves and where stops are, slowly followed
   let size = 1e-300;
   for (const value of x) size = Math.max(size, Math.abs(value));
-  parts.forEach((p) => {
-    for (const limit of [p[n], p[n + 1]]) if (Number.isFinite(limit)) size = Math.max(size, Math.abs(limit));
+  parts.forEach((p, k) => {
+    const from = placeOf(withRow[k])?.from ?? null, base = from === null ? 0 : Math.abs(x[from]);
+    for (const limit of [p[n], p[n + 1]]) if (Number.isFinite(limit)) size = Math.max(size, base + Math.abs(limit));
   });
   look.scale.size = size > look.scale.size ? size : Math.max(size, look.scale.size * 0.995);
   const unit = (width / 2 - WALL - 2.2 * half) / look.scale.size, middle = width / 2;
@@ -246,26 +245,26 @@ function placeOf(e: ElementData): { on: number; from: number | null; sign: numbe
   return null;
 }
 
-function line(c: CanvasRenderingContext2D, x0: number, y0: number, x1: number, y1: number): void {
+function line(c: Pen, x0: number, y0: number, x1: number, y1: number): void {
   c.beginPath();
   c.moveTo(x0, y0);
   c.lineTo(x1, y1);
   c.stroke();
 }
-function rounded(c: CanvasRenderingContext2D, x: number, y: number, w: number, h: number): void {
+function rounded(c: Pen, x: number, y: number, w: number, h: number): void {
   c.beginPath();
   c.roundRect(x, y, w, h, 5);
   c.fill();
   c.stroke();
 }
-function along(c: CanvasRenderingContext2D, x0: number, y0: number, x1: number, y1: number, draw: (length: number) => void): void {
+function along(c: Pen, x0: number, y0: number, x1: number, y1: number, draw: (length: number) => void): void {
   c.save();
   c.translate(x0, y0);
   c.rotate(Math.atan2(y1 - y0, x1 - x0));
   draw(Math.hypot(x1 - x0, y1 - y0));
   c.restore();
 }
-function spring(c: CanvasRenderingContext2D, x0: number, y0: number, x1: number, y1: number, colour?: string): void {
+function spring(c: Pen, x0: number, y0: number, x1: number, y1: number, colour?: string): void {
   if (colour) c.strokeStyle = colour;
   along(c, x0, y0, x1, y1, (length) => {
     const ends = Math.min(8, 0.2 * length), turns = 2 * Math.round(Math.max(7, length / 18) / 2) + 1, pitch = (length - 2 * ends) / turns;
@@ -278,7 +277,7 @@ function spring(c: CanvasRenderingContext2D, x0: number, y0: number, x1: number,
     c.stroke();
   });
 }
-function dashpot(c: CanvasRenderingContext2D, x0: number, y0: number, x1: number, y1: number): void {
+function dashpot(c: Pen, x0: number, y0: number, x1: number, y1: number): void {
   along(c, x0, y0, x1, y1, (length) => {
     const at = 0.5 * length;
     line(c, 0, 0, at - 4, 0);
@@ -292,7 +291,7 @@ function dashpot(c: CanvasRenderingContext2D, x0: number, y0: number, x1: number
     line(c, at + 6, 0, length, 0);
   });
 }
-function hatch(c: CanvasRenderingContext2D, x: number, y: number, w: number, h: number, colour: string): void {
+function hatch(c: Pen, x: number, y: number, w: number, h: number, colour: string): void {
   c.save();
   c.beginPath();
   c.rect(x, y, w, h);

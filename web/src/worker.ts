@@ -1,6 +1,7 @@
 // A worker: sections, diagrams and planes, in pieces, so that a newer request ends an older one.
 
-import type { MachineData, Start } from "./data";
+import type { Cell } from "./crew";
+import { type MachineData, type Start, withCoordinates } from "./data";
 import { Kernel, END_EVENTS, END_IMPACTS, END_OBSERVER, Refused } from "./kernel";
 
 export interface SectionJob {
@@ -22,16 +23,19 @@ export interface DiagramJob {
   settle: number;
   points: number;
 }
-export interface PlaneJob {
-  kind: "plane";
+export type Named = "values" | "start";
+/** Motions over two parameters, or over two coordinates of the start: "x1", ..., "v1", ..., "phase". */
+export interface CellsJob {
+  kind: "cells";
   values: Record<string, number>;
   start: Start;
+  of: Named;
   names: [string, string];
   cells: { i: number; j: number; size: number; x: number; y: number }[];
   settle: number;
   observe: number;
 }
-export type Job = SectionJob | DiagramJob | PlaneJob;
+export type Job = SectionJob | DiagramJob | CellsJob;
 export type Message =
   | { type: "code"; code: ArrayBuffer }
   | { type: "machine"; machine: MachineData }
@@ -70,7 +74,7 @@ async function work(id: number, job: Job): Promise<void> {
   try {
     if (job.kind === "section") await section(k, id, job);
     else if (job.kind === "diagram") await diagram(k, id, job);
-    else await plane(k, id, job);
+    else await cells(k, id, job);
   } catch (error) {
     if (!(error instanceof Refused)) throw error;
     self.postMessage({ id, refused: error.message });
@@ -118,23 +122,24 @@ async function diagram(k: Kernel, id: number, job: DiagramJob): Promise<void> {
   }
 }
 
-async function plane(k: Kernel, id: number, job: PlaneJob): Promise<void> {
-  let from = performance.now(), found: unknown[] = [];
-  for (const cell of job.cells) {
+async function cells(k: Kernel, id: number, job: CellsJob): Promise<void> {
+  let from = performance.now(), found: Cell[] = [];
+  for (const { i, j, size, x, y } of job.cells) {
     if (id !== latest) return;
-    let word = "refused";
+    let word = "refused", mark: number[][] = [];
+    const { values, start } = placed(job, { [job.names[0]]: x, [job.names[1]]: y });
     try {
-      k.compile(machine, { ...job.values, [job.names[0]]: cell.x, [job.names[1]]: cell.y }, job.start);
-      if (k.begin(job.start)) {
-        const period = periodOf(k);
-        const s = k.symbol(job.settle * period, job.observe * period, 1e-6, 2);
-        const any = s.p.some(Boolean) || s.q.some(Boolean);
-        word = s.impacts === 0 ? "none" : any ? `${s.n}-${s.p.join("+")}-${s.q.join("+")}` : "other";
+      k.compile(machine, values, start);
+      if (k.begin(start)) {
+        const period = periodOf(k), s = k.symbol(job.settle * period, job.observe * period, 1e-6, 2);
+        const impacts = [...s.p, ...s.q].reduce((sum, one) => sum + one, 0);
+        word = s.impacts === 0 ? "none" : impacts ? `${s.n}-${s.p.join("+")}-${s.q.join("+")}` : "other";
+        if (job.of === "start" && impacts) mark = k.footprint(impacts);
       }
     } catch (error) {
       if (!(error instanceof Refused)) throw error;
     }
-    found.push([cell.i, cell.j, cell.size, word]);
+    found.push([i, j, size, word, mark]);
     if (performance.now() - from > PIECE) {
       self.postMessage({ id, found });
       found = [];
@@ -143,4 +148,10 @@ async function plane(k: Kernel, id: number, job: PlaneJob): Promise<void> {
     }
   }
   self.postMessage({ id, found });
+}
+
+/** Parameters and start of a cell. */
+function placed(job: CellsJob, at: Record<string, number>): { values: Record<string, number>; start: Start } {
+  if (job.of === "values") return { values: { ...job.values, ...at }, start: job.start };
+  return { values: job.values, start: withCoordinates(job.start, at) };
 }
