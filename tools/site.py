@@ -8,6 +8,7 @@ tables of contents of docs/site/, with what only a site has:
 
 - links that leave docs/ go to the page of the site that shows the same file;
 - "[nordmark2009]" becomes a citation, "(T12)" outside of an equation a link to it;
+- "<!-- explorer: LINK -->" becomes the explorer at this state, where `make explorer` has built it;
 - an example is a page with its picture, its text and its program;
 - a public name is a page with its docstring, listed where docs/reference.md lists it.
 
@@ -18,6 +19,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import html
 import os
 import re
 import shutil
@@ -29,6 +31,7 @@ from importlib.util import find_spec
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import parse_qsl
 
 import matplotlib.pyplot as plt
 from notebooks import cells
@@ -36,6 +39,8 @@ from notebooks import cells
 import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact._core.docstrings import head_of
+from vibroimpact.explorer.page import PAGE, page_with
+from vibroimpact.explorer.page_data import machine_data, values_of
 from vibroimpact.machines.machine import example_of
 from vibroimpact.machines.registry import MACHINES, machine_of
 from vibroimpact.plotting import plot_mechanism, save
@@ -46,6 +51,8 @@ DOCS = ROOT / "docs"
 PAGES = ROOT / "build" / "site"  # the assembled pages
 EXAMPLES = ROOT / "examples"
 LONGEST = 120.0  # seconds of an example
+FIRST = "impact-damper"  # of the explorer
+LINK_WORDS = {"machine", "x", "v", "phase", "show"}  # of a link to it, beside parameters
 
 # Documents that are pages of the site, by the name of the page; the contents of index.md are in docs/site/.
 DOCUMENTS = {file.stem: file for file in DOCS.glob("*.md") if file.name != "index.md"} | {
@@ -66,6 +73,7 @@ EQUATION = re.compile(r"(?<![\[\w`$])\((T\d+[a-z]?)\)(?!\])")
 KEYS = re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text("utf-8"), re.MULTILINE)
 CITED = re.compile(rf"\[({'|'.join(KEYS)})\](?!\()")
 EQUATIONS = set(re.findall(r"\\tag\{(\w+)\}", (DOCS / "theory.md").read_text("utf-8")))
+EXPLORER = re.compile(r"^<!-- explorer: (\S+) -->$", re.MULTILINE)
 FENCED = re.compile(r"(^```.*?^```)", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"(^```.*?^```|`[^`\n]+`|\$\$.*?\$\$|\$[^$\n]+\$)", re.MULTILINE | re.DOTALL)
 
@@ -114,6 +122,9 @@ def assemble(folder: Path, *, quick: bool) -> None:
     shutil.copy(DOCS / "references.bib", folder)
     for name, source in DOCUMENTS.items():
         write(folder / f"{name}.md", page(source))
+    front = folder / "index.md"
+    write(front, with_explorers(front.read_text(encoding="utf-8")).rstrip())
+    write_explorer(folder, quick=quick)
     write_examples(folder, quick=quick)
     write_machines(folder, quick=quick)
     write_reference(folder)
@@ -124,7 +135,7 @@ def assemble(folder: Path, *, quick: bool) -> None:
 
 def page(source: Path) -> str:
     """The text of a document, as a page of the site."""
-    text = source.read_text(encoding="utf-8")
+    text = with_explorers(source.read_text(encoding="utf-8"))
     text = outside(FENCED, text, lambda part: LINK.sub(lambda match: link(source, match), part))
     text = outside(CODE, text, lambda part: CITED.sub(r"{cite:p}`\1`", part))
     return outside(
@@ -158,6 +169,37 @@ def link(source: Path, match: re.Match[str]) -> str:
         return f"[{words}]({file.relative_to(DOCS).as_posix()})"
     name = file.relative_to(ROOT).as_posix()
     return f"{words} (`{name}`)" if name not in words else words
+
+
+# ---- the explorer ------------------------------------------------------------------------------
+
+
+def with_explorers(text: str) -> str:
+    """The text of a document in which links to the explorer are frames that show it."""
+    return EXPLORER.sub(frame if PAGE.exists() else "", text)
+
+
+def frame(match: re.Match[str]) -> str:
+    """The explorer at the state of a link, which has to be one that it knows."""
+    names = {key for key, _ in parse_qsl(match[1], strict_parsing=True)} - LINK_WORDS
+    machine = dict(parse_qsl(match[1])).get("machine", "")
+    if machine not in MACHINES or names - values_of(example_of(machine_of(machine))).keys():
+        raise SystemExit(f"The explorer has no machine with these parameters: {match[1]}")
+    address = html.escape(f"_static/explorer.html#{match[1]}")
+    whole = html.escape(f"_static/explorer.html#{match[1].partition('&show=')[0]}")
+    return (
+        f'<iframe class="explorer" src="{address}" title="{machine} in the explorer" loading="lazy"></iframe>\n'
+        f'<p class="explorer"><a href="{whole}">The same machine and start, with every panel</a></p>'
+    )
+
+
+def write_explorer(folder: Path, *, quick: bool) -> None:
+    """The explorer's page, with the machines of the catalogue; with the damper alone where it is to be quick."""
+    if not PAGE.exists():
+        return
+    machines = [FIRST] if quick else list(MACHINES)
+    data = {name: machine_data(example_of(machine_of(name))) for name in machines}
+    (folder / "_static" / "explorer.html").write_text(page_with(data, FIRST), encoding="utf-8")
 
 
 # ---- examples ----------------------------------------------------------------------------------
