@@ -41,7 +41,10 @@ DIMENSIONS: dict[str, dict[str, Exponents | None]] = {  # of a Harmonic: those o
         "load": None,
     },
     "NormalLoad": {"constant": FORCE, "position": STIFF, "velocity": DASH, "motion": FORCE},
-    "PhaseSwitch": {"omega": RATE, "phases": PURE, "forces": FORCE, "impulses": IMPULSE},
+    "PhaseSwitch": {
+        "omega": RATE, "phases": PURE, "forces": FORCE, "impulses": IMPULSE, "row": PURE,
+        "stiffness": STIFF, "damping": DASH,
+    },
 }  # fmt: skip
 ODD = {FORCE, LENGTH, SPEED, IMPULSE}  # what changes its sign where x does
 SIDES = {"lower": "upper", "upper": "lower"}
@@ -149,7 +152,7 @@ def renumbered(thing: Any, order: Sequence[int]) -> Any:
         return replace(thing, position=turned(thing.position), velocity=turned(thing.velocity))
     if isinstance(thing, vi.PhaseSwitch):
         forces, impulses = (tuple(map(turned, rows)) for rows in (thing.forces, thing.impulses))
-        return replace(thing, forces=forces, impulses=impulses)
+        return replace(thing, forces=forces, impulses=impulses, row=turned(thing.row))
     if isinstance(thing, vi.Harmonic):
         return vi.Harmonic(thing.omega, turned(thing.sine), turned(thing.cosine))
     matrices = {
