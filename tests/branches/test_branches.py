@@ -332,3 +332,14 @@ def test_evaluations_of_a_point_do_not_grow_with_the_impacts_of_its_orbit(
         per_point.append(counted[0] / len(branch))
     # the guess of a point, the point where that is not right to rounding; refused panels, special points
     assert max(per_point) <= 2.5
+
+
+def test_a_branch_keeps_no_evaluation_of_its_points() -> None:
+    """Each has a compiled machine, with the exponentials of its flights."""
+    damper = paper_damper("A", omega=1.1)
+    steps = vi.Steps(points=12)
+    branch = vi.continue_orbit(
+        vi.symmetric_orbits(damper)[0], "omega", (1.0, 1.2), steps=steps, both=False
+    )
+    own = [x for x in vars(branch.family).values() if isinstance(x, dict) and x]
+    assert not [x for kept in own for x in kept.values() if isinstance(x, Prescribed | Linearised)]

@@ -245,6 +245,8 @@ def curve_of(kind: PointKind, problem: Augmented, curve: Curve) -> BifurcationCu
         neutral = np.abs(curve.tests[COSINE]) > 1.0
     unresolved = [*_of_pairs(curve, neutral), *doubtful]
     curve = replace(curve, unresolved=tuple(unresolved))
+    if isinstance(problem.equations, OrbitPlane):
+        problem.equations.forget()
     return BifurcationCurve(
         record=kind,
         names=problem.equations.names,

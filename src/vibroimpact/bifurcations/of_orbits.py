@@ -70,6 +70,12 @@ class OrbitPlane(OrbitFamily):
         marks[-1, :q, 0, :q] = self.reflected(np.eye(q))
         return marks.reshape(m * (q + 1), m * (q + 1))
 
+    def forget(self) -> None:
+        """Release the evaluations that are kept."""
+        super().forget()
+        self._by_second.clear()
+        self._derivatives.clear()
+
     def by_second(self, a: Pair) -> Prescribed:
         """System compiled for derivatives by the second parameter; the latest ones are kept."""
         return latest(self._by_second, a, lambda _: self.along.at(a, 1))

@@ -188,6 +188,7 @@ def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) ->
     found = _once(found)
     labels = numbered(at["record"].label for at in found)
     curve = replace(curve, unresolved=(*curve.unresolved, *doubtful))
+    family.forget()
     return Branch(
         parameter=family.parameter,
         bounds=bounds,

@@ -221,6 +221,17 @@ class OrbitFamily(OrbitProblem):
         orbit = self._orbits[z.tobytes(), p] = self.orbit(z, p)
         return orbit
 
+    def forget(self) -> None:
+        """Release the evaluations that are kept: with the exponentials of their flights up to a megabyte each."""
+        for kept in (
+            self._systems,
+            self._compiled,
+            self._kept_segments,
+            self._multipliers,
+            self._orbits,
+        ):
+            kept.clear()
+
     def orbit(self, z: Floats, p: Value) -> Orbit:
         """Orbit at a point of the curve; not converged where the equations do not hold."""
         if kept := self._orbits.pop((z.tobytes(), p), None):
