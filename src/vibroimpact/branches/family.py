@@ -55,7 +55,7 @@ from vibroimpact.orbits.find import Guess, later, rolled, with_image
 from vibroimpact.orbits.maps import SegmentMap, map_of
 from vibroimpact.orbits.multipliers import Pencil, PencilOf
 from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
-from vibroimpact.orbits.orbit import Orbit
+from vibroimpact.orbits.orbit import Orbit, know
 from vibroimpact.orbits.problem import (
     OrbitProblem,
     Signature,
@@ -255,7 +255,7 @@ class OrbitFamily(OrbitProblem):
             problem,
         )
         if orbit.converged:
-            orbit.know(self.linearised(z, p), self.multipliers(z, p))
+            know(orbit, self.linearised(z, p), self.multipliers(z, p))
         return orbit
 
     def _growth(self, z: Floats, p: Value) -> Floats:

@@ -28,7 +28,6 @@ import numpy as np
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.model.elements.element import Element
-from vibroimpact.model.elements.friction import Friction
 from vibroimpact.model.harmonic import Harmonic
 from vibroimpact.model.mechanism import Mechanism, as_array
 from vibroimpact.model.stop import Stop
@@ -37,7 +36,6 @@ from vibroimpact.model.system import System, mechanism_of
 SAME = 2.0**-40
 MOST_MATCHES = 256  # pairings of elements that are tried for one permutation of coordinates
 MOST_CYCLES = 24  # of the first line, over which the phase is looked for
-PAIRS = ("restitution", "stiffness", "damping")  # fields that may have a value for each limit
 
 
 @dataclass(frozen=True)
@@ -151,7 +149,7 @@ def symmetries(system: System) -> tuple[Symmetry, ...]:
 
 def symmetries_of(m: Mechanism) -> tuple[Symmetry, ...]:
     """Symmetries of a mechanism."""
-    if not all(e.is_stop or _is_plain(e) for e in m.elements):
+    if any(e.mirrored is None for e in m.elements):
         return ()
     matrices = [as_array(part) for part in (m.mass, m.damping, m.stiffness)]
     found = (
@@ -160,12 +158,6 @@ def symmetries_of(m: Mechanism) -> tuple[Symmetry, ...]:
         if (symmetry := _symmetry(m, numbers)) is not None
     )
     return tuple(sorted(found, key=lambda symmetry: not symmetry.is_mirror))
-
-
-def _is_plain(e: Element) -> bool:
-    return isinstance(e, Friction) and (
-        e.load is None or not (e.load.position or e.load.velocity or e.load.motion)
-    )
 
 
 def _permutations(
@@ -233,31 +225,15 @@ def _matches(m: Mechanism, g: Floats) -> Iterator[tuple[Match, ...]]:
 
 def _alike(e: Element, other: Element, s: int) -> bool:
     """Whether the numbers of element e are those of another one, its sides exchanged where s is -1."""
-    if type(e) is not type(other):
+    if type(e) is not type(other) or e.damping_law != other.damping_law:
         return False
-    if isinstance(e, Friction) and isinstance(other, Friction):
-        own, its = e.grip, other.grip
-        levels = ((g.kinetic * g.load, g.static * g.load) for g in (own, its))
-        return _same(next(levels), next(levels), own.static * own.load) and _same(
-            own.speed, s * its.speed, own.speed
-        )
-    if getattr(e, "law", None) != getattr(other, "law", None):
-        return False
-    for name in PAIRS:
-        here, there = (_pair(getattr(stop, name, 0.0)) for stop in (e, other))
-        if not _same(here, there[::s], here):
-            return False
-    return True
+    pairs = zip(e.mirrored or (), other.mirrored or (), strict=True)
+    return all(_same(here, there[::s], here) for here, there in pairs)
 
 
 def _limits(e: Any) -> tuple[float, float]:
     """Lower and upper limit of a stop."""
     return e.lower, e.upper
-
-
-def _pair(value: Any) -> tuple[float, float]:
-    """Values at the lower and the upper limit."""
-    return tuple(value) if isinstance(value, tuple) else (value, value)
 
 
 def _amplitude(line: Harmonic) -> Complexes:

@@ -100,12 +100,6 @@ class Orbit(Result):
             states = compiled.with_speeds(self.states, self.problem.modes)
             object.__setattr__(self, "states", states)
 
-    def know(self, linearised: Linearised, multipliers: Complexes) -> None:
-        """Take what was computed with the equations on a branch: the segments, and multipliers of the solved map."""
-        vars(self)["linearised"] = linearised
-        if not self.rateless:
-            vars(self)["_of_solved_map"] = multipliers
-
     @property
     def converged(self) -> bool:
         """Whether the equations hold."""
@@ -422,3 +416,10 @@ class Orbit(Result):
         return (
             f"Orbit({self.symbol}, {kind}{verdict}, period {period}{why})\n  multipliers {values}"
         )
+
+
+def know(orbit: Orbit, linearised: Linearised, multipliers: Complexes) -> None:
+    """Hand an orbit what was computed with its equations: the segments, and multipliers of the solved map."""
+    vars(orbit)["linearised"] = linearised
+    if not orbit.rateless:
+        vars(orbit)["_of_solved_map"] = multipliers

@@ -144,18 +144,13 @@ class ResponseCurve:
             if not (self.attracting(k) or reached(middle)):
                 continue
             here = max(self.value[k], self.value[k + 1])
-            peaked = self.peaked(k)
+            peaked = _is_peaked(self, k)
             if best is not None and not peaked and not here > best.value:
                 continue
             for found in self._candidates(k, peaked=peaked):
                 if math.isfinite(found.value) and (best is None or found.value > best.value):
                     best = found
         return best
-
-    def peaked(self, k: int) -> bool:
-        """Whether a stretch has a maximum inside, by the signs of the derivative."""
-        step = self.parameter[k + 1] - self.parameter[k]
-        return bool(self.derivative[k] * step > 0.0 > self.derivative[k + 1] * step)
 
     def _candidates(self, k: int, *, peaked: bool) -> Iterator[Answer]:
         p = self.parameter
@@ -165,30 +160,35 @@ class ResponseCurve:
                 self.attracting(k), derivative=float(self.derivative[j]),
                 orbit=self.motion_near(k, float(p[j])),
             )  # fmt: skip
-        if peaked and (place := self.summit(k)) is not None:
+        if peaked and (place := _summit(self, k)) is not None:
             motion = self.motion_near(k, place)
             if motion is not None:
                 yield self.answer(motion, place, k)
 
-    def summit(self, k: int) -> float | None:
-        """Zero of the derivative on a stretch."""
-        from scipy.optimize import brentq
 
-        def slope(value: float) -> float:
-            motion = self.motion_near(k, value)
-            if motion is None:
-                raise ArithmeticError
-            return self.measure.derivative(motion, self.name)
+def _is_peaked(curve: ResponseCurve, k: int) -> bool:
+    """Whether a stretch has a maximum inside, by the signs of the derivative."""
+    step = curve.parameter[k + 1] - curve.parameter[k]
+    return bool(curve.derivative[k] * step > 0.0 > curve.derivative[k + 1] * step)
 
-        low, high = sorted((float(self.parameter[k]), float(self.parameter[k + 1])))
-        try:
-            return float(
-                brentq(
-                    slope, low, high, xtol=EXTREMUM_OF_RANGE * (high - low), rtol=EXTREMUM_OF_RANGE
-                )
-            )
-        except (ArithmeticError, ValueError):
-            return None
+
+def _summit(curve: ResponseCurve, k: int) -> float | None:
+    """Zero of the derivative on a stretch."""
+    from scipy.optimize import brentq
+
+    def slope(value: float) -> float:
+        motion = curve.motion_near(k, value)
+        if motion is None:
+            raise ArithmeticError
+        return curve.measure.derivative(motion, curve.name)
+
+    low, high = sorted((float(curve.parameter[k]), float(curve.parameter[k + 1])))
+    try:
+        return float(
+            brentq(slope, low, high, xtol=EXTREMUM_OF_RANGE * (high - low), rtol=EXTREMUM_OF_RANGE)
+        )
+    except (ArithmeticError, ValueError):
+        return None
 
 
 def likeness(motion: str, symbol: str) -> float:
@@ -284,7 +284,7 @@ def curve_without_impacts(
         return first
     grazes = _touches(gap, values)
     curve = _without_impacts(free, np.unique(values), grazes, measure)
-    summits = [curve.summit(k) for k in range(len(curve.value) - 1) if curve.peaked(k)]
+    summits = [_summit(curve, k) for k in range(len(curve.value) - 1) if _is_peaked(curve, k)]
     found = [place for place in summits if place is not None]
     return _without_impacts(free, np.union1d(values, found), grazes, measure) if found else curve
 

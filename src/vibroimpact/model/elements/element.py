@@ -167,6 +167,14 @@ class Element(ABC):
         """Friction of the element; zeros where it has none."""
         return Grip()
 
+    @property
+    def mirrored(self) -> tuple[tuple[Any, Any], ...] | None:
+        """Numbers at its lower and its upper side, which a mirror exchanges; limits and motions aside.
+
+        None of an element of which no symmetry is known.
+        """
+        return None
+
     def multiple_of(self, other: Element) -> float | None:
         """The factor between its row and that of another one which it holds together with; None if there is none."""
         return None

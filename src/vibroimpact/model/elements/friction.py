@@ -205,6 +205,16 @@ class Friction(Element):
         load = 1.0 if self.load is None else self.load.constant
         return Grip(self.kinetic, self.static, load, self.belt_speed)
 
+    @property
+    def mirrored(self) -> tuple[tuple[Any, Any], ...] | None:
+        """Levels, which both sides share, and the speed of what it rubs on; None where its load varies."""
+        load = self.load
+        if load is not None and (load.position or load.velocity or load.motion):
+            return None
+        grip = self.grip
+        levels = (grip.kinetic * grip.load, grip.static * grip.load)
+        return (*((level, level) for level in levels), (-grip.speed, grip.speed))
+
     def multiple_of(self, other: Element) -> float | None:
         """The factor of (1), friction_lines.py; None where lines or belts differ, or loads vary."""
         if self.load or not isinstance(other, Friction) or other.load:

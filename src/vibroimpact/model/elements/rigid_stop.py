@@ -101,6 +101,11 @@ class RigidStop(Element):
         r = self.restitution
         return r if isinstance(r, tuple) else (r, r)
 
+    @property
+    def mirrored(self) -> tuple[tuple[float, float], ...]:
+        """Coefficients of restitution."""
+        return (self.restitutions,)
+
     def check_massless(self, light: Sequence[int], name: str) -> None:
         """Refuse a coordinate without mass, which would need an infinite acceleration."""
         for i in light:

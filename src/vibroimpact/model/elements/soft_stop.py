@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 from vibroimpact._core.checks import (
     check_choice,
@@ -127,6 +127,12 @@ class SoftStop(Element):
         pairs = self.stiffness, self.damping
         k, c = (pair[i] if isinstance(pair, tuple) else pair for pair in pairs)
         return Spring(self.upper if side > 0 else self.lower, k, c)
+
+    @property
+    def mirrored(self) -> tuple[tuple[Any, Any], ...]:
+        """Stiffness and damping."""
+        springs = self.spring_at(-1), self.spring_at(1)
+        return tuple(zip(*(spring[1:] for spring in springs), strict=True))
 
     @property
     def states(self) -> tuple[SoftStopState, ...]:
