@@ -16,6 +16,7 @@ from support.systems import oscillator, paper_damper
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
 from vibroimpact.model.stop import Stop
+from vibroimpact.model.translations import Translations
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, primitive, unfolded
 from vibroimpact.orbits.mirror_images import image_of
 from vibroimpact.orbits.near_returns import KnownLoops, beginnings
@@ -229,7 +230,7 @@ def test_a_stop_behind_another_is_never_started_from() -> None:
 def test_loops_are_one_wherever_they_begin_and_phases_wrap() -> None:
     a, b = Stop(0, 1), Stop(0, -1)
     states = np.array([[1.0, 0.2, 0.001], [2.0, 0.3, 2.0], [3.0, 0.4, 4.0]])
-    known = KnownLoops(np.array([10.0, 10.0]))
+    known = KnownLoops(np.array([10.0, 10.0]), Translations(np.zeros((1, 0)), ()))
     known.add(Signature((a, a, b), 1), states)
     turned = np.roll(states, 1, axis=0) + np.array([0.0, 0.0, 2.0 * math.pi - 0.002])
     assert known.has(Signature((b, a, a), 1), turned, 1e-3)

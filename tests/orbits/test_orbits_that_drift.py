@@ -11,6 +11,10 @@ import numpy as np
 import pytest
 
 import vibroimpact as vi
+from vibroimpact.branches.same_orbit import loop_of, same_loop
+from vibroimpact.orbits.find import rotated
+from vibroimpact.orbits.near_returns import KnownLoops
+from vibroimpact.orbits.problem import resisted_translations
 
 CAPSULE = vi.machines.VibroImpactCapsule()
 START = vi.State((0.0, 0.0), (0.0, 0.0))
@@ -113,3 +117,20 @@ def test_curves_in_two_parameters_of_what_drifts_are_refused() -> None:
     branch = vi.continue_orbit(creeping(), "omega", (1.0, 1.15))
     with pytest.raises(vi.InvalidParameterError, match="drifts"):
         vi.continue_bifurcation(branch["PEAK1"], ("omega", "gap"), ((1.0, 1.2), (0.0, 0.1)))
+
+
+def test_a_search_lists_an_orbit_that_drifts_once_wherever_the_capsule_is() -> None:
+    found = vi.find_orbits(CAPSULE, most_cycles=1, most_impacts=2, starts=3)
+    (orbit,) = (o for o in found.orbits if o.stable)
+    np.testing.assert_allclose(orbit.progress, creeping().progress, rtol=1e-9)
+    np.testing.assert_allclose(
+        np.poly(orbit.multipliers), np.poly(creeping().multipliers), rtol=0.0, atol=1e-9
+    )
+    known = KnownLoops(np.ones(4), resisted_translations(orbit.mechanism))
+    known.add(orbit.signature, orbit.states)
+    for k in range(len(orbit.durations)):  # begun at another event, a hundred lengths farther
+        turned = rotated(orbit, k)
+        moved = turned.states + np.array([100.0, 100.0, 0.0, 0.0, 0.0])
+        assert known.has(turned.signature, moved, 1e-9)
+        same = loop_of(turned)
+        assert same_loop(loop_of(orbit), same, orbit.mechanism, 1e-9) == "same"

@@ -16,6 +16,7 @@ from scipy.linalg import expm
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
 from vibroimpact.model.stop import Stop
+from vibroimpact.model.translations import Translations
 from vibroimpact.orbits.near_returns import KnownLoops
 from vibroimpact.orbits.problem import Flight, Signature
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
@@ -23,6 +24,7 @@ from vibroimpact.orbits.starts_between import starts_between
 
 Array = NDArray[np.float64]
 REST = vi.State((0.0,), (0.0,))
+NO_DRIFT = Translations(np.zeros((1, 0)), ())
 
 
 def one(
@@ -245,7 +247,7 @@ def test_every_motion_and_every_guess_is_counted() -> None:
 def test_loops_with_equal_impacts_and_other_flights_are_two() -> None:
     """Until they begin at another event; the flights turn with the impacts."""
     a, b, states = Flight(0, 1), Flight(5, 0), np.array([[1.0, 0.2, 0.1], [2.0, 0.3, 2.0]])
-    known, impacts = KnownLoops(np.array([10.0, 10.0])), (Stop(0, 1), Stop(0, 1))
+    known, impacts = KnownLoops(np.array([10.0, 10.0]), NO_DRIFT), (Stop(0, 1), Stop(0, 1))
     known.add(Signature(impacts, 1, False, (a, b)), states)
     assert known.has(Signature(impacts, 1, False, (b, a)), states[::-1], 1e-9)
     assert not known.has(Signature(impacts, 1, False, (b, a)), states, 1e-9)

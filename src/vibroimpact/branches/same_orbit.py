@@ -28,13 +28,13 @@ from vibroimpact.model.symmetries import Symmetry, symmetries_of
 from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, solve, unfolded
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import images_of
+from vibroimpact.orbits.problem import images_of, resisted_translations
 
 PROBE_SHARES = (0.5, 0.25, 0.75)  # a branch is probed at these shares of its points
 
 
 class Loop(NamedTuple):
-    """Impacts of an orbit and the states (x, v, theta) after them, shape (m, 2n + 1)."""
+    """Impacts of an orbit and the states (x, v, theta) after them, less the drift, shape (m, 2n + 1)."""
 
     impacts: tuple[Stop, ...]
     states: Floats
@@ -42,7 +42,8 @@ class Loop(NamedTuple):
 
 def loop_of(orbit: Orbit) -> Loop:
     """All impacts of an orbit."""
-    return Loop(orbit.signature.impacts, unfolded(orbit).states)
+    drifts = resisted_translations(orbit.mechanism)
+    return Loop(orbit.signature.impacts, drifts.relative(unfolded(orbit).states))
 
 
 def without(loop: Loop, numbers: set[int]) -> Loop:

@@ -34,6 +34,13 @@ class Translations:
             return position
         return position - position[..., list(self.references)] @ self.directions.T
 
+    def relative(self, states: Floats) -> Floats:
+        """States (x, v, ...) in rows with positions less the drift: equal ones are one place of a motion that drifts."""
+        if not self.references:
+            return states
+        n = len(self.directions)
+        return np.hstack([self.removed(states[:, :n]), states[:, n:]])
+
 
 def translations_of(m: Mechanism) -> Translations:
     """Translations of a mechanism (1): none where every body is held or meets a stop."""

@@ -349,8 +349,7 @@ def _drift(run: Run, events: Events, cycles: int | None) -> str:
     if not translations.references:
         return ""
     states = events.states[events.counted]
-    relative = np.hstack([translations.removed(states[:, : m.degrees]), states[:, m.degrees :]])
-    found = _nearest_loop(run, relative, events, cycles, 0.0)
+    found = _nearest_loop(run, translations.relative(states), events, cycles, 0.0)
     if found is None:
         return ""
     first, last, _ = found
@@ -382,18 +381,8 @@ def _drift_words(advance: Floats, least: float, cycles: int) -> str:
 
 
 def _settled_loop(run: Run, events: Events, cycles: int | None) -> Found | None:
-    return _nearest_loop(run, _compared(run, events), events, cycles)
-
-
-def _compared(run: Run, events: Events) -> Floats:
-    """States after the counted events, without the shift of a machine along which a loop need not close."""
-    m, states = mechanism_of(run.system), events.states[events.counted]
-    translations, n = translations_of(m), m.degrees
-    if not translations.references or resisted_translations(m).shape[1] < len(
-        translations.references
-    ):
-        return states
-    return np.hstack([translations.removed(states[:, :n]), states[:, n:]])
+    drifts = resisted_translations(mechanism_of(run.system))
+    return _nearest_loop(run, drifts.relative(events.states[events.counted]), events, cycles)
 
 
 def _nearest_loop(

@@ -18,6 +18,7 @@ from vibroimpact._core.types import Flags, Floats, Integers
 from vibroimpact.compile.prescribed import FORCE_WATCH
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import mechanism_of
+from vibroimpact.model.translations import Translations
 from vibroimpact.orbits.closing_segment import (
     Events,
     always_held,
@@ -26,7 +27,7 @@ from vibroimpact.orbits.closing_segment import (
     flights_of,
 )
 from vibroimpact.orbits.find import Guess
-from vibroimpact.orbits.problem import Flight, Signature, forcing_repeats
+from vibroimpact.orbits.problem import Flight, Signature, forcing_repeats, resisted_translations
 from vibroimpact.simulation.simulate import COUNTED, Run, Status
 
 Loop = tuple[Signature, Guess]
@@ -55,7 +56,7 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
     """
     m = mechanism_of(run.system)
     events = events_of(run)
-    states, times = events.states, events.times
+    states, times = resisted_translations(m).relative(events.states), events.times
     blocked = np.cumsum(np.isin(run.status, UNPRESCRIBED))[events.last]
     turns = times * (m.omega / (2.0 * math.pi))
     allowed = [k for k in range(1, cycles + 1) if forcing_repeats(m, k)] if m.forces else [0]
@@ -155,16 +156,18 @@ def beginnings(impacts: tuple[Stop, ...], flights: tuple[Flight, ...] = ()) -> t
 
 
 class KnownLoops:
-    """Set of loops, compared independently of their first impact.
+    """Set of loops, compared independently of their first impact, and of how far a machine has drifted.
 
     Parameters
     ----------
     widths
         Units of distances of (x, v), shape (2n,); that of phases is 2 pi.
+    drifts
+        Displacements along which a loop need not close.
     """
 
-    def __init__(self, widths: Floats) -> None:
-        self._widths = widths
+    def __init__(self, widths: Floats, drifts: Translations) -> None:
+        self._widths, self._drifts = widths, drifts
         self._known: dict[Key, Floats] = {}
 
     def add(self, signature: Signature, states: Floats) -> None:
@@ -189,7 +192,8 @@ class KnownLoops:
 
     def _scaled(self, states: Floats) -> Floats:
         phase = states[:, -1] / (2.0 * math.pi) % 1.0
-        return np.column_stack([states[:, :-1] / self._widths, phase])
+        relative = self._drifts.relative(states)
+        return np.column_stack([relative[:, :-1] / self._widths, phase])
 
 
 def _key(signature: Signature, first: int) -> Key:

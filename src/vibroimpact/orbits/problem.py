@@ -25,6 +25,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import compress
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -50,7 +51,7 @@ from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.symmetries import Symmetry, symmetries_of
 from vibroimpact.model.system import System, mechanism_of
-from vibroimpact.model.translations import translations_of
+from vibroimpact.model.translations import Translations, translations_of
 
 Value = float | tuple[float, ...]  # of the parameter, or of several
 Key = TypeVar("Key")
@@ -181,21 +182,19 @@ def without_events(m: Mechanism, mode: int, cycles: int, symmetric: bool | None)
     return Signature(tuple(Stop(PHASE, side) for side in sides), cycles, symmetric, flights)
 
 
-def resisted_translations(m: Mechanism) -> Floats:
-    """Displacements that change nothing, but for forces against their speed, shape (n, k).
+def resisted_translations(m: Mechanism) -> Translations:
+    """Displacements that change nothing, but for forces against their speed: orbits need not close along them.
 
     Those that nothing resists keep their momentum: a family of orbits, of which those are solved for that close.
     """
-    directions = translations_of(m).directions
-    if not directions.size:
-        return directions
+    every = translations_of(m)
     rows = [np.array(element.row) for element in m.elements if element.row]
     damping = as_array(m.damping)
     seen = [
         bool(np.abs(damping @ d).max() > 0.0 or any(abs(row @ d) > 0.0 for row in rows))
-        for d in directions.T
+        for d in every.directions.T
     ]
-    return directions[:, seen]
+    return Translations(every.directions[:, seen], tuple(compress(every.references, seen)))
 
 
 def pivots_of(directions: Floats, left_out: int) -> list[int]:
@@ -446,8 +445,8 @@ class OrbitProblem:
             share = 0.5 if self.signature.symmetric else 1.0
             self.turn[-1] = 2.0 * math.pi * self.signature.cycles * share
         self.drifts, self.pivots = np.zeros((self.size, 0)), []
-        resisted = None if self.signature.symmetric else resisted_translations(self.mechanism)
-        if resisted is not None and resisted.size:
+        resisted = resisted_translations(self.mechanism).directions
+        if resisted.size and not self.signature.symmetric:
             self.drifts = np.zeros((self.size, resisted.shape[1]))
             self.drifts[:n] = resisted
             self.pivots = pivots_of(self.drifts, self.left_out(self.own))

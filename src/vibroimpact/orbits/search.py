@@ -51,7 +51,7 @@ from vibroimpact.orbits.find import (
 from vibroimpact.orbits.mirror_images import image_of, symmetries_tried
 from vibroimpact.orbits.near_returns import UNPRESCRIBED, KnownLoops, beginnings, loops_of
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting
+from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting, resisted_translations
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
 from vibroimpact.orbits.starts import Starts, starts_of
 from vibroimpact.orbits.starts_between import StartsBetween, starts_between
@@ -173,8 +173,8 @@ class _Sweep:
     )  # modes of which the motion without events is known
 
     def __post_init__(self) -> None:
-        self.tried = KnownLoops(self.starts.widths)
-        self.known = KnownLoops(self.starts.widths)
+        drifts = resisted_translations(mechanism_of(self.system))
+        self.tried, self.known = (KnownLoops(self.starts.widths, drifts) for _ in range(2))
         self.symmetries = symmetries_tried(self.system, self.cycles)
 
     def try_closed_forms(self) -> None:
@@ -306,7 +306,7 @@ def _from_its_beginning(orbit: Orbit) -> Orbit:
     guess, signature = unfolded(orbit), orbit.signature
     phases = guess.states[:, -1] % (2.0 * math.pi)
     first = min(beginnings(signature.impacts, signature.flights), key=lambda k: phases[k])
-    states, durations = rolled(guess, signature.cycles, first)
+    states, durations = rolled(guess, signature.cycles, first, orbit.progress)
     around = 2.0 * math.pi * max(signature.cycles, 1)
     states[:, -1] -= around * math.floor(states[0, -1] / around)
     return solve(orbit.system, signature.rolled(first), Guess(states, durations))
