@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 import vibroimpact as vi
 from vibroimpact import InvalidParameterError
+from vibroimpact.orbits.closing_segment import cycles_of
 
 REST = vi.State((0.0,), (0.0,))
 WALL = 4.0
@@ -97,6 +98,42 @@ def test_a_machine_that_always_slips_has_the_response_of_its_linear_mode() -> No
     slower = vi.continue_orbit(orbit, "elements[0].belt_speed", (1.0, 6.0))
     # slip ends to be of one sign where the largest speed is the belt's
     assert slower["GS1"].parameter == pytest.approx(0.8 * abs(amplitude), abs=1e-12)
+
+
+def test_impacts_that_nearly_repeat_before_the_silence_are_not_taken_for_the_motion() -> None:
+    """The free vibration from far off meets the stop some times, each a little more slowly than before."""
+    m = replace(FAR, damping=[[0.02]], forces=(vi.Harmonic(2.0, (1.0,)),),
+                elements=(vi.SoftStop((1.0,), upper=1.5, stiffness=0.1),))  # fmt: skip
+    run = vi.simulate(m, vi.State((4.0,), (0.0,)), impacts=50, t_max=900.0)
+    assert run.impacts.sum() >= 9
+    orbit = vi.find_orbit(m, run)
+    assert orbit.signature.eventless
+    assert orbit.admissible
+
+
+def test_a_free_mass_stays_where_its_motion_has_brought_it() -> None:
+    """m x'' + c x' = sin t: it is anywhere below its stop, and goes round with the amplitude 1 / sqrt(1 + c^2)."""
+    m = replace(FAR, damping=[[0.3]], stiffness=[[0.0]], forces=(vi.Harmonic(1.0, (1.0,)),),
+                elements=(vi.RigidStop((1.0,), upper=0.5, restitution=0.6),))  # fmt: skip
+    run = vi.simulate(m, vi.State((-5.0,), (0.0,)), t_max=200.0)
+    orbit = vi.find_orbit(m, run)
+    assert orbit.admissible
+    assert orbit.family_dimension == 1
+    late = run.at(200.0 - np.arange(400) * 2.0 * math.pi / 400.0)[0][:, 0]
+    # the largest of 400 samples, and what is left of the start after 200 units of time
+    middle = 0.5 * (late.max() + late.min())
+    high = middle + 1.0 / math.sqrt(1.0 + 0.3**2)
+    assert orbit.clearance_to_grazing == pytest.approx(0.5 - high, abs=1e-4)
+
+
+def test_a_motion_has_the_cycles_in_which_all_its_lines_repeat() -> None:
+    """One of 1.1 cycles of the first line was taken for one of a single cycle, which the second does not allow."""
+    m = replace(ONE_SIDED, forces=(vi.Harmonic(0.8, (0.0,), (1.0,)), vi.Harmonic(0.4, (5.0,))))
+    assert cycles_of(m, 1.1 * 2.0 * math.pi / 0.8) == 2
+    assert cycles_of(m, 3.2 * 2.0 * math.pi / 0.8) == 4
+    orbit = vi.find_orbit(m, REST)
+    assert orbit.signature.cycles % 2 == 0
+    assert orbit.admissible
 
 
 def test_a_search_lists_the_linear_response_beside_orbits_with_impacts() -> None:

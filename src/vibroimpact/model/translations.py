@@ -35,7 +35,7 @@ class Translations:
         return position - position[..., list(self.references)] @ self.directions.T
 
     def relative(self, states: Floats) -> Floats:
-        """States (x, v, ...) in rows with positions less the drift: equal ones are one place of a motion that drifts."""
+        """States (x, v, ...) in rows with positions less the drift: equal at one place of a motion that drifts."""
         if not self.references:
             return states
         n = len(self.directions)

@@ -146,9 +146,10 @@ def summed_from(end: int, times: Floats, struck: Flags, longest: float) -> int:
 
 
 def cycles_of(system: System, span: float) -> int:
-    """Whole forcing cycles nearest to a time, at least 1; 0 where there is no forcing."""
-    omega = mechanism_of(system).omega
-    return max(1, round(span * omega / (2.0 * math.pi))) if omega else 0
+    """Whole periods of all forcing lines nearest to a time, in forcing cycles, at least one; 0 without forcing."""
+    m = mechanism_of(system)
+    least = least_cycles(m)
+    return least * max(1, round(span * m.omega / (2.0 * math.pi * least))) if least else 0
 
 
 def closing_loop(
@@ -169,18 +170,20 @@ def closing_loop(
     if sequence is None and run.end in ENDS_QUIETLY and (silent := eventless_loop(run, cycles)):
         return silent
     found = _settled_loop(run, events, cycles) if sequence is None else None
-    changes = None if sequence or found else _since_last_impact(events)
-    if changes is not None:
-        events, found = changes, _settled_loop(run, changes, cycles)
+    if sequence is None and not (found and found[2]):
+        changes = _since_last_impact(events)
+        later = changes and _settled_loop(run, changes, cycles)
+        if changes and (found is None or (later and later[2])):
+            events, found = changes, later
     closed = found is not None and found[2]
     if not closed and (drifts := _drift(run, events, cycles)):
         return drifts
+    if sequence is None and not closed and _is_silent(run, events.times):
+        return eventless_loop(run, cycles) or "no loop"
     stops = [events.stops[k] for k in events.counted]
     times = events.times[events.counted]
     if sequence is not None:
         found = _last_time(stops, sequence)
-    if found is None and sequence is None and _is_silent(run, times):
-        return eventless_loop(run, cycles) or "no loop"
     if found is None:
         wanted = f"with the impacts {sequence}" if sequence else "that closes nearly"
         since = times[-MOST_GUESSED_IMPACTS - 1] if len(times) > MOST_GUESSED_IMPACTS else 0.0
@@ -233,7 +236,11 @@ def eventless_loop(run: Run, cycles: int | None) -> ClosingLoop | str:
     if why := always_held(m, {code}):
         return why
     signature = without_events(m, code, whole, symmetric=False)
-    states = np.zeros((1, 2 * m.degrees + 1))  # as good as any: the equations are linear
+    here = np.concatenate([run.last.position, run.last.velocity, [run.last.phase]])
+    left = (
+        -here[-1] % (2.0 * math.pi) / m.omega
+    )  # the motion goes on to the phase at which it is cut
+    states = compile_prescribed(run.system, "", (code,)).after(here, left, code)[None]
     durations = np.array([2.0 * math.pi * whole / m.omega])
     return ClosingLoop(signature.impacts, whole, states, durations, signature.flights, True)
 
