@@ -150,9 +150,19 @@ def test_a_free_vibration_and_a_guess_without_a_mode_are_refused() -> None:
         vi.find_orbit(FAR, guess, stops="")
 
 
-def test_a_block_that_sticks_all_the_time_is_no_single_orbit() -> None:
+def test_a_block_that_sticks_all_the_time_is_one_of_a_family_with_the_margin_of_its_force() -> None:
+    """Of friction 3 the force cos t leaves 2 where the spring is slack, and 2 - 0.7 at the place 0.7."""
     m = replace(FAR, elements=(vi.Friction((1.0,), 3.0),))
-    assert "sticks all the time" in vi.find_orbit(m, REST).status
+    for place in (0.0, 0.7):
+        orbit = vi.find_orbit(m, vi.State((place,), (0.0,)))
+        assert orbit.state.position == pytest.approx((place,), abs=1e-15)
+        assert orbit.family_dimension == 1
+        assert orbit.multipliers.tolist() == [1.0, 0.0]
+        assert orbit.clearance_to_grazing == pytest.approx(2.0 - place, abs=1e-12)
+        assert orbit.admissible
+        assert not orbit.stable
+    with pytest.raises(InvalidParameterError, match="family"):
+        vi.continue_orbit(orbit, "forces[0].omega", (0.7, 0.9))
 
 
 def test_files_and_pictures_take_it(tmp_path: Path) -> None:

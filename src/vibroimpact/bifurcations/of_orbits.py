@@ -46,9 +46,10 @@ class OrbitPlane(OrbitFamily):
     ) -> None:
         super().__init__(system, signature, names[0], np.append(sizes, 1.0), events)
         self.names = names
-        if self.pivots:
+        if self.pivots or self.held.entries:
+            how = "drifts" if self.pivots else "rests or sticks all the time"
             raise InvalidParameterError(
-                "point: its orbit drifts, of which curves in two parameters are not followed. Follow branches at "
+                f"point: its orbit {how}, of which curves in two parameters are not followed. Follow branches at "
                 "several values of the other parameter."
             )
         self.along = Along(system, names, self.codes)

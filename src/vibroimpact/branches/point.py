@@ -15,6 +15,7 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.normal_forms.critical import Refusal, Status
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.admissibility import Nearest
+from vibroimpact.orbits.maps import why_no_map
 from vibroimpact.orbits.orbit import Orbit
 
 TOUCH_RELATIVE = 1e-7  # the overlap at a touch is smaller: square roots halve the digits
@@ -144,6 +145,8 @@ class BifurcationPoint(LocatedPoint):
             reason = f"{self.kind} ({self.meaning}): {why}."
             return Refusal(self.kind, Status.NOT_SMOOTH, reason, self.multipliers)
         smooth = bool(record.critical)
+        if smooth and isinstance(self.orbit, Orbit) and (why := why_no_map(self.orbit.problem)):
+            return Refusal(self.kind, Status.NOT_SMOOTH, f"{self.kind}: {why}.", self.multipliers)
         given = self.problem.forms(self.z, self.parameter) if smooth else self
         return record.normal_form(record, given)
 

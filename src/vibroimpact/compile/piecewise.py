@@ -39,6 +39,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -716,9 +717,38 @@ class Piecewise:
             resets += e.whole + len(e.resets) + len(e.own_impulses)
         return watches
 
+    def held_rows(self, code: int, held: Stop) -> Iterator[tuple[int, Vector, float]]:
+        """Rows on (y, 1) of what a mode holds, a contact or an element: order, row, and the limit at which it stays.
+
+        The order is 0 of the place, which of friction is anywhere and no limit, and 1 of the speed, which of
+        coordinates without mass is no state.
+        """
+        contacts = len(self.rigid)
+        rigid = held.contact < contacts
+        part = self.rigid[held.contact] if rigid else self.parts[held.contact - contacts]
+        if rigid:
+            yield 0, part.gap, held.limit(self.mechanism.elements)
+        if any(part.element.row[i] for i in self.heavy):
+            speeds = self._forces(*self._read(code)).light.speeds
+            yield 1, self._put_in(part.speed, speeds), 0.0
+
     def laws(self) -> list[Law]:
         """Jump at every contact."""
         return contact_laws(self.mechanism, self.free, self._accelerations)
+
+
+def held_in(m: Mechanism, codes: Iterable[int]) -> list[Stop]:
+    """What every one of some modes holds: stops that are rested on, and friction that sticks, with 1 as its side."""
+    contacts, every = len(m.rigid_stops), []
+    for code in codes:
+        states = states_from_code(code, contacts, len(m.switching))
+        sticks = [
+            Stop(contacts + i, 1)
+            for i, (e, state) in enumerate(zip(m.switching, states, strict=True))
+            if e.holding is not None and state == e.holding
+        ]
+        every.append([*closed_from_code(code, contacts), *sticks])
+    return [held for held in every[0] if all(held in others for others in every)]
 
 
 def _cleared(row: list[Any], terms: Vector) -> list[Any]:

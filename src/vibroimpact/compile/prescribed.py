@@ -28,7 +28,7 @@ from vibroimpact._core.windows import Windows
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import Guard, Mode, Watch, closed_from_code
-from vibroimpact.compile.piecewise import Piecewise, states_from_code
+from vibroimpact.compile.piecewise import Piecewise, held_in, states_from_code
 from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
 from vibroimpact.model.mechanism import Mechanism, held_last, needs_elements
 from vibroimpact.model.parameters import expanded
@@ -51,6 +51,8 @@ FORCE_WATCH = -2  # the force on a closed one
 CHATTER_WATCH = -3  # the end of chatter
 PHASE_WATCH = -4  # a phase of the forcing, at which a motion without events is cut
 NONE_LEFT_OUT = -1  # in place of a coordinate
+# Limits of what is held in every mode, at which it is all the time: the place, and the speed.
+PLACE_WATCH, SPEED_WATCH = -5, -6
 PHASE = -1  # in place of a contact or element, where a flight ends at a phase
 
 
@@ -67,7 +69,8 @@ class End(NamedTuple):
         Number of the guard among the watches of the mode. Of rigid stops, GAP_WATCH for the gap;
         FORCE_WATCH for the force of a closed one, whose lower limit is 0, so that ``side`` is -1; and
         CHATTER_WATCH for the end of chatter, with which rest begins. PHASE_WATCH, with PHASE as the contact,
-        where nothing happens: the sine of the first line vanishes, rising on the side +1.
+        where nothing happens: the sine of the first line vanishes, rising on the side +1. No flight ends at a
+        PLACE_WATCH or SPEED_WATCH: the contact, or element, is there all the time.
     """
 
     contact: int
@@ -615,6 +618,7 @@ class Compilation:
         ]
         contacts = len(m.rigid_stops)
         resting = {stop for code in codes for stop in closed_from_code(code, contacts)}
+        held = held_in(m, codes)
         fields: list[Vector] = []
         guards, forgotten = [], []
         for number, code in enumerate(codes):
@@ -624,6 +628,7 @@ class Compilation:
             guards.append(tuple(self._guards(mode, number)))
             self._add_chatter(mode, resting)
             self._add_phase(mode, number)
+            self._add_held(mode.code, number, held)
             forgotten.append(self._forgotten(mode))
             self.rows += [mode.coordinates.to_v[i] for i in pieces.light]
         self.layout = Layout(
@@ -667,6 +672,15 @@ class Compilation:
             self.known[End(PHASE, side, mode.code, PHASE_WATCH)] = len(self.laws)
             self.laws.append([*sine, 0.0, *self.still, 0.0, *self.still])
             self.stops.append((number, False, -1))
+
+    def _add_held(self, code: int, number: int, held: Sequence[Stop]) -> None:
+        """Places and speeds, in a mode, of what all modes hold."""
+        for stop in held:
+            for watch, row, limit in self.pieces.held_rows(code, stop):
+                name = End(*stop, code, SPEED_WATCH if watch else PLACE_WATCH)
+                self.known[name] = len(self.laws)
+                self.laws.append([*row[:-1], limit - row[-1], *self.still, 0.0, *self.still])
+                self.stops.append((number, False, -1))
 
     def _keep(self, name: End, of: Guard | Watch, push: Push, number: int) -> tuple[int, int]:
         impulse, restitutions, kick, jump = push

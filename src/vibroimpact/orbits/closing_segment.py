@@ -8,8 +8,8 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             A part with rests on rigid stops begins after the release from one.
             A forced motion that has become silent, for a period and longer than between its events before,
             has the loop without events.
-Fails       a sentence: no such part; the motion drifts; in its last period a contact rests all the
-            time, several events coincide, or the law leaves the state of an element open
+Fails       a sentence: no such part; the motion drifts; in its last period several events coincide, or the
+            law leaves the state of an element open
 """
 
 from __future__ import annotations
@@ -20,8 +20,6 @@ from typing import NamedTuple
 import numpy as np
 
 from vibroimpact._core.types import Codes, Flags, Floats, Integers
-from vibroimpact.compile.modes import digit_in_code
-from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
@@ -29,7 +27,6 @@ from vibroimpact.compile.prescribed import (
     Prescribed,
     compile_prescribed,
 )
-from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
@@ -224,17 +221,12 @@ def _is_silent(run: Run, times: Floats) -> bool:
 
 
 def eventless_loop(run: Run, cycles: int | None) -> ClosingLoop | str:
-    """The loop without events of the mode in which a run ends; "" without forcing that repeats.
-
-    A sentence where the place of what is held in this mode is open.
-    """
+    """The loop without events of the mode in which a run ends; "" without forcing that repeats."""
     m = mechanism_of(run.system)
     whole = cycles or least_cycles(m)
     if not whole or not forcing_repeats(m, whole):
         return ""
     code = run.all_codes[-1]
-    if why := always_held(m, {code}):
-        return why
     signature = without_events(m, code, whole, symmetric=False)
     here = np.concatenate([run.last.position, run.last.velocity, [run.last.phase]])
     left = (
@@ -251,8 +243,6 @@ def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
     codes = codes_of(run, events, here)
     if not m.switching and not any(codes):
         return ()
-    if why := always_held(m, {*codes}):
-        return why
     if (events.status[here] == Status.STICK).any():
         return ALONE
     flights = flights_of(run, events, here)
@@ -294,34 +284,6 @@ def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
             watch = _watch_at(run, compiled, code, stop, at, both)
             found.append(None if watch == GAP_WATCH else Flight(code, watch))
     return found
-
-
-def always_held(m: Mechanism, codes: set[int]) -> str:
-    """Sentence about what is held in every mode of a loop, by friction or on a stop; "" where nothing is."""
-    return _always_stuck(m, codes) or _always_closed(m, codes)
-
-
-def _always_stuck(m: Mechanism, codes: set[int]) -> str:
-    """Sentence about friction that sticks in every mode of a loop; "" where there is none."""
-    states = [states_from_code(code, len(m.rigid_stops), len(m.switching)) for code in codes]
-    for i, (element, taken) in enumerate(zip(m.switching, zip(*states, strict=True), strict=True)):
-        if {*taken} == {element.holding}:
-            return (
-                f"friction {len(m.rigid_stops) + i} sticks all the time, and its equations do not say "
-                "where: take it out and join what it holds"
-            )
-    return ""
-
-
-def _always_closed(m: Mechanism, codes: set[int]) -> str:
-    """Sentence about a rigid stop that is rested on in every mode of a loop; "" where there is none."""
-    for i in range(len(m.rigid_stops)):
-        if all(digit_in_code(code, i) for code in codes):
-            return (
-                f"contact {i} rests on its stop all the time: no impact is in it. Take out the coordinate "
-                "that the stop holds"
-            )
-    return ""
 
 
 def _watch_at(run: Run, compiled: Prescribed, code: int, stop: Stop, at: int, both: Floats) -> int:

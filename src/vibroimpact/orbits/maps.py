@@ -26,6 +26,7 @@ from vibroimpact._core.checks import check_index, check_kind, numbers, refusal, 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Jet
+from vibroimpact.compile.piecewise import held_in
 from vibroimpact.compile.prescribed import (
     COASTING_STOP,
     NONE_LEFT_OUT,
@@ -279,8 +280,24 @@ def _section(orbit: Orbit, impact: End) -> tuple[int, ...]:
 
 
 def _measured(problem: OrbitProblem) -> list[int]:
-    """Entries of (x, v, theta) that are states, without those by which a drift is measured."""
-    return [i for k, i in enumerate(problem.kept) if k not in problem.pivots]
+    """Entries of (x, v, theta) that are states, without those of a drift and of what is held all the time."""
+    if why := why_no_map(problem):
+        raise InvalidParameterError(f"orbit: {why}. Take its multipliers.")
+    left_out = *problem.pivots, *problem.held.entries
+    return [i for k, i in enumerate(problem.kept) if k not in left_out]
+
+
+def why_no_map(problem: OrbitProblem) -> str:
+    """Why what an orbit holds all the time leaves no coordinates for a map of the rest; "" where it does."""
+    m = problem.mechanism
+    for contact, _ in held_in(m, problem.codes):
+        element = m.elements[contact]
+        if len(np.flatnonzero(element.row)) > 1 or element.motion:
+            return (
+                f"what element {contact} holds all the time is no single coordinate that stands still, so that "
+                "there is no map of the others"
+            )
+    return ""
 
 
 def _relative(problem: OrbitProblem) -> Floats | None:

@@ -13,6 +13,7 @@ Method      With dzeta_0 = E dxi in the section of the first impact and dt_k the
             follows from the others: so many multipliers are zero as do so at once, and are set
             to zero. The velocity of a massless coordinate is no state, and has none. Where the first event
             resets the state, K is the unit matrix, and a displacement along the flow has the multiplier zero. (4)
+            What all modes hold is not among dxi: its multipliers are known ((5) of problem.py).
 Accuracy    that of the QZ algorithm, relative to the largest multiplier
 Reference   theory.md, "Periodic orbits"
 """
@@ -96,7 +97,8 @@ class PencilOf:
         self._guards = guard_sizes(problem, sizes)
         self._times = np.full(len(self._guards), sizes[problem.size])
         self._jumps = problem.left_out(problem.own) == NONE_LEFT_OUT
-        self._free = problem.size - (not self._jumps) - len(problem.pivots)
+        section = (not self._jumps) + len(problem.pivots) + len(problem.held.entries)
+        self._free = problem.size - section
         width = self._free + len(self._guards)
         self._marks = np.diag(np.arange(width) < self._free).astype(float)
 
@@ -108,6 +110,8 @@ class PencilOf:
         # of the phase only whole turns are left out
         basis, kept = section_basis(slopes, problem.left_out(compiled))
         chosen = [k for k, i in enumerate(kept) if i not in problem.pivots]
+        if problem.held.entries:
+            basis, chosen = self._beside_held(compiled, parts, basis, kept, chosen)
         basis, kept = basis[:, chosen], [kept[k] for k in chosen]
         after_by, gap_by = parts.after_by[:, states], parts.gap_by[:, states]
         free = self._free
@@ -123,4 +127,24 @@ class PencilOf:
         rows = np.concatenate([self.sizes[kept], self._guards])
         columns = np.concatenate([self.sizes[kept], self._times])
         scaled = np.vstack([ends, gaps]) / rows[:, None] * columns
-        return Pencil(scaled, self._marks, free, max(compiled.layout.forgotten) + self._jumps)
+        zeros = max(compiled.layout.forgotten) - len(problem.held.ends) + self._jumps
+        return Pencil(scaled, self._marks, free, zeros)
+
+    def _beside_held(
+        self,
+        compiled: Prescribed,
+        parts: Linearised,
+        basis: Floats,
+        kept: list[int],
+        chosen: list[int],
+    ) -> tuple[Floats, list[int]]:
+        """Tangents along which (5) of problem.py stays, and the numbers of those that are left."""
+        ends, places, entries = self.problem.held
+        states = np.repeat(parts.after[-1:], len(ends), axis=0)
+        rows = compiled.linearise(states, np.zeros(len(ends)), ends).gap_by[:, self.problem.kept]
+        across = np.vstack([rows, places]) @ basis
+        held = [kept.index(j) for j in entries]
+        left = [k for k in chosen if k not in held]
+        basis = basis.copy()
+        basis[:, left] -= basis[:, held] @ np.linalg.solve(across[:, held], across[:, left])
+        return basis, left

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,6 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.model.translations import Translations
 from vibroimpact.orbits.closing_segment import (
     Events,
-    always_held,
     codes_of,
     events_of,
     flights_of,
@@ -40,7 +39,7 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
     """Parts of a run that close to ``coarse``, the most nearly closed first.
 
     Left out are those that have no signature: several contacts impact at once, the law leaves a state open, rest on
-    a stop begins without an impact; and friction that sticks, or a stop that is rested on, all the time.
+    a stop begins without an impact.
 
     Parameters
     ----------
@@ -116,17 +115,12 @@ def _cutter(run: Run, events: Events) -> Callable[[int, int, int], Loop | None]:
     several = any(codes) or bool(m.switching and codes)
     flights = flights_of(run, events, before_last) if several else []
 
-    @cache
-    def holds(modes: frozenset[int]) -> bool:
-        return bool(always_held(m, {*modes}))
-
     def cut(i: int, j: int, whole: int) -> Loop | None:
         durations, here = np.diff(events.times[i : j + 1]), flights[i:j]
         if several and (
             None in here
             or not (durations > 0.0).all()
             or (events.status[i:j] == Status.STICK).any()
-            or holds(frozenset(codes[i:j]))
         ):
             return None
         passed = (

@@ -29,7 +29,7 @@ from vibroimpact.orbits.admissibility import (
     least_gaps,
     why_inadmissible,
 )
-from vibroimpact.orbits.multipliers import PencilOf
+from vibroimpact.orbits.multipliers import PencilOf, sorted_multipliers
 from vibroimpact.orbits.newton import (
     FOUND,
     ROUNDING_OF_TERMS,
@@ -241,12 +241,14 @@ class Orbit(Result):
 
     @cached_property
     def _of_solved_map(self) -> Complexes:
+        held = self.problem.held
         if not self.converged or self.rateless:
             free = self.problem.size - 1 - len(self.problem.pivots)
             return np.full(free, complex(math.nan, math.nan))
-        return (
-            PencilOf(self.problem, self._sizes).at(self.problem.own, self.linearised).eigenvalues()
-        )
+        pencils = PencilOf(self.problem, self._sizes)
+        found = pencils.at(self.problem.own, self.linearised).eigenvalues()
+        known = [1.0] * len(held.places) + [0.0] * len(held.ends)
+        return sorted_multipliers(np.append(found, known)) if known else found
 
     @property
     def zero_multipliers(self) -> int:
@@ -296,12 +298,14 @@ class Orbit(Result):
         """Dimension of the family to which this orbit belongs; 0 where it is isolated.
 
         Without forcing and loss there is an orbit for every energy, and for a mechanism that can be
-        shifted as a whole, one for every place. Each dimension gives a multiplier 1.
+        shifted as a whole, one for every place; and one for every place at which friction may stick all the time.
+        Each dimension gives a multiplier 1.
         """
         if not self.converged or np.all(np.abs(self._of_solved_map - 1.0) > SPLIT_DISTANCE):
             return 0
         problem = OrbitProblem(self.system, self.signature, "")
-        return family_dimension(problem, problem.packed(self.states, self.durations))
+        z = problem.packed(self.states, self.durations)
+        return len(problem.held.places) + family_dimension(problem, z)
 
     @cached_property
     def stability(self) -> Stability:

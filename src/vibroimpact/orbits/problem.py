@@ -12,6 +12,11 @@ Method      Unknowns are, for every segment k, the state zeta_k = (x, v, theta) 
             ground resists, the orbit need not close: with j an entry of d that is 1, in place of (2)
                 (zeta_m - zeta_0)_i - d_i (zeta_m - zeta_0)_j = 0, i other than j;   x_j of zeta_0 = 0;  (4)
             (zeta_m - zeta_0)_j is the progress. The multiplier 1 along d is left out.
+            What is held in every mode, a stop that is rested on or friction that sticks, closes whatever its
+            place and speed are. In place of one entry each of (2) stand
+                row . x = limit of a stop that is rested on,   row . v = speed of the stop or belt;    (5)
+            friction sticks anywhere: the guess gives its place, and there is an orbit for each. The
+            multipliers are 0 along what (5) gives, and 1 along these places.
             Times being unknowns, the equations stay regular where an impact grazes.
             Without forcing theta and its equation are left out; the period is free.
 Accuracy    Jacobians by jets through the same flight; no differences.
@@ -33,7 +38,8 @@ import numpy as np
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Count, Flags, Floats
 from vibroimpact.compile.along import Along
-from vibroimpact.compile.piecewise import states_from_code
+from vibroimpact.compile.modes import closed_from_code
+from vibroimpact.compile.piecewise import held_in, states_from_code
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
@@ -41,6 +47,8 @@ from vibroimpact.compile.prescribed import (
     NONE_LEFT_OUT,
     PHASE,
     PHASE_WATCH,
+    PLACE_WATCH,
+    SPEED_WATCH,
     End,
     Linearised,
     Prescribed,
@@ -59,13 +67,30 @@ Made = TypeVar("Made")
 
 SAME_AT_ALL_VALUES = (  # of the parameter, among the attributes of equations
     "signature", "parameter", "impacts", "ends", "modes", "codes", "degrees", "massless", "kept", "size", "turn",
-    "symmetry", "source", "signs", "drifts", "pivots", "relative", "common_sizes", "struck",
+    "symmetry", "source", "signs", "drifts", "pivots", "relative", "held", "common_sizes", "struck",
 )  # fmt: skip
 # So many of the latest evaluations are kept, those of some panels of a branch.
 KEPT_EVALUATIONS = 64
 WHOLE_RATIO_WITHIN = 1e-9  # a ratio of forcing frequencies that is so near to a whole number is one
 RESTS_WHOLE = "orbits that rest on a stop are solved as a whole"
 MOST_CYCLES = 1000  # forcing frequencies may be commensurate over so many cycles at most
+
+
+class Held(NamedTuple):
+    """What every mode of an orbit holds, as equations (5) on the first state."""
+
+    ends: tuple[End, ...]  # limits at which it is: places and speeds
+    places: Floats  # rows, by the unknowns of a state, of places that stay as they are in the guess
+    entries: list[
+        int
+    ]  # of the unknowns of a state, one for each of these: their equations (2) are replaced
+
+
+class Keeping(NamedTuple):
+    """Left sides of (5), and their derivatives by the first state and, last, by the parameter."""
+
+    values: Floats
+    rows: Floats
 
 
 class Flight(NamedTuple):
@@ -197,12 +222,12 @@ def resisted_translations(m: Mechanism) -> Translations:
     return Translations(every.directions[:, seen], tuple(compress(every.references, seen)))
 
 
-def pivots_of(directions: Floats, left_out: int) -> list[int]:
-    """Entries by which displacements are measured: one of each, the largest that are left, and another than one."""
+def pivots_of(directions: Floats, *others: int) -> list[int]:
+    """Entries by which displacements are measured: one of each, the largest that are left, and others than some."""
     left, found = directions.copy(), list[int]()
     for k in range(left.shape[1]):
         sizes = np.abs(left[:, k])
-        sizes[[left_out, *found]] = 0.0
+        sizes[[*others, *found]] = 0.0
         j = int(np.argmax(sizes))
         found.append(j)
         left = left - np.outer(left[:, k] / left[j, k], left[j]) * (np.arange(left.shape[1]) > k)
@@ -408,6 +433,8 @@ class OrbitProblem:
         S of (3), None for other orbits; entry k of the image of a change of a state is signs[k] times entry source[k].
     common_sizes
         Sizes of the changes of the unknowns, the same for all orbits of a branch; None where each orbit has its own.
+    held
+        What all modes hold (5).
     """
 
     system: System
@@ -454,6 +481,45 @@ class OrbitProblem:
         self.relative = np.eye(self.size)  # of (4)
         self.relative[:, self.pivots] -= self.drifts
         self.relative[self.pivots] = 0.0
+        self.held = self._held()
+
+    def _held(self) -> Held:
+        """What all modes hold; of constraints that follow from others one is taken."""
+        m, none = self.mechanism, np.zeros((0, self.size))
+        held = held_in(m, self.codes)
+        if not held:
+            return Held((), none, [])
+        ends = [
+            end
+            for end in self.own.ends
+            if end.watch in (PLACE_WATCH, SPEED_WATCH) and end.mode == self.modes[0]
+        ]
+        states = np.zeros((len(ends), 2 * m.degrees + 1))
+        rows = self.own.linearise(states, np.zeros(len(ends)), ends).gap_by[:, self.kept]
+        places = none.copy()
+        for contact, _ in held[len(closed_from_code(self.modes[0], len(m.rigid_stops))) :]:
+            place = np.append(m.elements[contact].row, np.zeros(self.size - m.degrees))
+            if not (place @ self.drifts).any():  # else the drift says where
+                places = np.vstack([places, place])
+        every = np.vstack([rows, places])
+        if m.forces:
+            every[:, -1] = 0.0
+        rank = np.linalg.matrix_rank
+        kept = [k for k in range(len(every)) if rank(every[: k + 1]) > rank(every[:k])]
+        first = sum(k < len(ends) for k in kept)
+        fixed = every[kept[first:]]
+        entries = pivots_of(every[kept].T, *self.pivots, self.left_out(self.own))
+        return Held(tuple(ends[k] for k in kept[:first]), fixed, entries)
+
+    def _keeping(self, z: Floats, p: Value) -> Keeping | None:
+        """Left sides of (5) and their derivatives; None where nothing is held in all modes."""
+        ends, places, entries = self.held
+        if not entries:
+            return None
+        state = np.repeat(self.unpacked(z)[0][:1], len(ends), axis=0)
+        parts = self.compiled(p).linearise(state, np.zeros(len(ends)), ends)
+        rows = np.vstack([parts.gap_by[:, [*self.kept, -1]], np.pad(places, ((0, 0), (0, 1)))])
+        return Keeping(np.append(parts.gap, np.zeros(len(places))), rows)
 
     @cached_property
     def mechanism(self) -> Mechanism:
@@ -528,15 +594,17 @@ class OrbitProblem:
 
     def residual(self, z: Floats, p: Value) -> Floats:
         """Left sides of (1) and (2) or (3), shape of z."""
-        return self._residual(z, self.linearised(z, p))
+        return self._residual(z, self.linearised(z, p), self._keeping(z, p))
 
-    def _residual(self, z: Floats, parts: Linearised) -> Floats:
+    def _residual(self, z: Floats, parts: Linearised, keeping: Keeping | None) -> Floats:
         rows = np.reshape(z, (len(self.impacts), self.size + 1))[:, : self.size]
         target = np.vstack([rows[1:], self.reflected(rows[0]) + self.turn])
         moved = parts.after[:, self.kept] - target
         if self.pivots:
             moved[-1] = self.relative @ moved[-1]
             moved[-1, self.pivots] = rows[0, self.pivots]
+        if keeping:
+            moved[-1, self.held.entries] = keeping.values
         return np.column_stack([moved, parts.gap]).ravel()
 
     def progress(self, z: Floats, p: Value) -> Floats:
@@ -567,14 +635,14 @@ class OrbitProblem:
 
     def jacobian(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
         """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
-        return self._by_unknowns(self.linearised(z, p))
+        return self._by_unknowns(self.linearised(z, p), self._keeping(z, p))
 
     def expanded(self, z: Floats, p: Value) -> tuple[Floats, Floats, Floats]:
         """Residual and both derivatives at once."""
-        parts = self.linearised(z, p)
-        return self._residual(z, parts), *self._by_unknowns(parts)
+        parts, keeping = self.linearised(z, p), self._keeping(z, p)
+        return self._residual(z, parts, keeping), *self._by_unknowns(parts, keeping)
 
-    def _by_unknowns(self, parts: Linearised) -> tuple[Floats, Floats]:
+    def _by_unknowns(self, parts: Linearised, keeping: Keeping | None) -> tuple[Floats, Floats]:
         m, q = len(self.impacts), self.size
         columns = [*self.kept, 2 * self.degrees + 1]  # the state, the flight time
         of_state = parts.after_by[:, self.kept]
@@ -589,6 +657,11 @@ class OrbitProblem:
             matrix[-1, :q] = np.tensordot(self.relative, matrix[-1, :q], axes=1)
             matrix[-1, self.pivots, 0, self.pivots] = 1.0
             by_parameter[-1, :q] = self.relative @ by_parameter[-1, :q]
+        if keeping:
+            entries = self.held.entries
+            matrix[-1, entries] = 0.0
+            matrix[-1, entries, 0, :q] = keeping.rows[:, :-1]
+            by_parameter[-1, entries] = keeping.rows[:, -1]
         d = m * (q + 1)
         return matrix.reshape(d, d), by_parameter.ravel()
 
