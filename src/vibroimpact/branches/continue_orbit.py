@@ -16,7 +16,7 @@ from vibroimpact.branches.beginning import BranchStart
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import CHATTER, REST, OrbitFamily, rests_of
-from vibroimpact.branches.going_on import going_on, trimmed
+from vibroimpact.branches.going_on import SAME_ARCLENGTH, going_on, trimmed
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.kinds import (
     CHATTERING,
@@ -29,16 +29,15 @@ from vibroimpact.branches.kinds import (
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.branches.same_orbit import half_turn
 from vibroimpact.branches.sliding import sliding_of
-from vibroimpact.branches.stop_rules import AT_ONCE, StopWhen, stop_rule, with_rule
+from vibroimpact.branches.stop_rules import AT_ONCE, StopWhen, stop_rule
 from vibroimpact.branches.vanishing import passed_over, rest_at, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
-from vibroimpact.continuation.walk import START_ARCLENGTH, check_steps
+from vibroimpact.continuation.walk import START_ARCLENGTH, BeginRule, CurveProgress, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 
-SAME_ARCLENGTH = 1e-6  # functions that vanish at points so near, in scaled arclength, vanish at one
 # The sum of chatter stops at this share of its first speed (orbit/prescribed.hpp), with an error of it where the
 # force that ends it vanishes.
 CHATTER_RELATIVE = 2.0**-27
@@ -153,19 +152,31 @@ def continue_orbit(
     )
     for label, kind in family.events.items():
         checked_value(f"test_functions[{label!r}]", kind.function, family.arguments(z, value))
-    rules = stop_when if inadmissible else with_rule(stop_when, AT_ONCE)
+    more = () if inadmissible else (AT_ONCE,)
     with Reporter(progress, "branch") as report:
         told = report.counted("points", parameter)
 
         def follow(begun: BranchStart) -> Branch:
-            curve = continue_curve(
-                begun.family, begun.z, begun.parameter, (low, high), tangent=begun.tangent, both=begun.both,
-                steps=steps or STEPS, stop_when=stop_rule(rules, begun.family, (low, high)), progress=told,
-            )  # fmt: skip
-            return branch_of(begun.family, curve, (low, high))
+            rule = stop_rule(stop_when, begun.family, (low, high), *more)
+            return followed(begun, (low, high), steps, rule, told)
 
         branch = follow(BranchStart(family, z, value, tangent, both))
         return branch if inadmissible else going_on(*trimmed(branch), follow)
+
+
+def followed(
+    start: BranchStart,
+    bounds: tuple[float, float],
+    steps: Steps | None,
+    stop_when: BeginRule | None,
+    progress: CurveProgress,
+) -> Branch:
+    """Branch from a start."""
+    curve = continue_curve(
+        start.family, start.z, start.parameter, bounds, tangent=start.tangent,
+        both=start.both, steps=steps or STEPS, stop_when=stop_when, progress=progress,
+    )  # fmt: skip
+    return branch_of(start.family, curve, bounds)
 
 
 def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) -> Branch:

@@ -13,8 +13,8 @@ Reference   theory.md, "Branches"
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import fields, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,9 +25,10 @@ from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.branches.same_orbit import same_branch
 from vibroimpact.continuation import Curve, End, Stopped
+from vibroimpact.results.result import DIMS
 
 MOST_BRANCHES = 8  # so many branches, each of another sequence, are followed at most
-SAME_ARCLENGTH = 1e-6  # a touch so near to the start of a branch, in scaled arclength, is the start
+SAME_ARCLENGTH = 1e-6  # points of a branch that are so near, in scaled arclength, are one
 SAME_PLACE_OF_RANGE = (
     1e-6  # parameters of one point, located from both sides, relative to the range
 )
@@ -86,10 +87,9 @@ def trimmed(branch: Branch) -> tuple[Branch, list[Border]]:
         ends[border.side] = End(reason, named.label if named else border.why)
     inside = np.flatnonzero((curve.arclength >= low) & (curve.arclength <= high) & admissible)
     here = slice(int(inside[0]), int(inside[-1]) + 1)
-    arrays = ("values", "multipliers", "stability", "clearance", "impact_speed", "progress")
     part = replace(
         branch,
-        **{name: getattr(branch, name)[here] for name in arrays},
+        **_points(branch, here),
         special_points=points,
         curve=_part(curve, here, (low, high), (ends[0], ends[1])),
     )
@@ -121,12 +121,17 @@ def _first_touch(
     return min(found, key=lambda point: abs(point.arclength - start), default=None)
 
 
+def _points(record: Branch | Curve, here: slice) -> dict[str, Any]:
+    """Arrays along the points of a branch or curve, of a slice of them."""
+    along = [f.name for f in fields(record) if f.metadata.get(DIMS, ("",))[0] == "point"]
+    return {name: getattr(record, name)[here] for name in along}
+
+
 def _part(
     curve: Curve, here: slice, arclengths: tuple[float, float], ends: tuple[End, End]
 ) -> Curve:
     """Part of a curve: the points of a slice, and what lies between two arclengths."""
     low, high = arclengths
-    arrays = ("parameter", "z", "tangent", "arclength", "residual", "steps", "panel")
     first, last = here.start, here.stop - 1
     left = [
         replace(piece, first=max(piece.first - first, 0), last=min(piece.last, last) - first)
@@ -135,7 +140,8 @@ def _part(
     ]
     return replace(
         curve,
-        **{name: getattr(curve, name)[here] for name in arrays},
+        **_points(curve, here),
+        parameter=curve.parameter[here],
         tests={name: values[here] for name, values in curve.tests.items()},
         special=tuple(zero for zero in curve.special if low <= zero.arclength <= high),
         ends=ends,
@@ -173,7 +179,10 @@ def _beyond(
         return "no special point is there"
     if len(known) >= MOST_BRANCHES:
         return f"{MOST_BRANCHES} branches are the most that are followed"
-    start = _begins_at(border.point)(border.point, bounds)
+    begins = border.point.record.begins
+    if begins not in (grown, shrunk) or border.point.of_element:
+        begins = neighbouring
+    start = begins(border.point, bounds)  # (1)
     if isinstance(start, NotFound):
         return start.reason
     try:
@@ -187,12 +196,6 @@ def _beyond(
     near = SAME_PLACE_OF_RANGE * (bounds[1] - bounds[0])
     here = border.point.parameter
     return found, [b for b in borders if not b.point or abs(b.point.parameter - here) > near]
-
-
-def _begins_at(point: BifurcationPoint) -> Callable[..., BranchStart | NotFound]:
-    """What gives the start of the orbits beyond a point (1)."""
-    begins = point.record.begins
-    return begins if begins in (grown, shrunk) and not point.of_element else neighbouring
 
 
 def _with_end(branch: Branch, side: int, what: str) -> Branch:

@@ -245,12 +245,16 @@ def grazings(
     bounds: tuple[float, float],
 ) -> Iterator[Grazing | Unresolved]:
     """Every grazing of a curve, and parts that may hold one, from the least gaps at its points."""
-    between = cache(lambda i: _Between(family, curve, i, bounds))
-    for place in sorted({place for here in gaps for place in here if not place.own}):
-        values = np.array([here[place].gap if place in here else math.inf for here in gaps])
-        known = np.isfinite(values)
-        for i in np.flatnonzero(known[:-1] & known[1:]).tolist():
-            yield from _within(between, place, values, i)
+    places = sorted({place for here in gaps for place in here if not place.own})
+    values = [
+        np.array([here[place].gap if place in here else math.inf for here in gaps])
+        for place in places
+    ]
+    for i in range(len(gaps) - 1):
+        between = cache(lambda i: _Between(family, curve, i, bounds))  # of all places
+        for place, gap in zip(places, values, strict=True):
+            if np.isfinite(gap[i : i + 2]).all():
+                yield from _within(between, place, gap, i)
 
 
 def _within(

@@ -60,12 +60,6 @@ StopWhen = Rule | Inadmissible | Sequence[Rule | Inadmissible]
 AT_ONCE = Inadmissible(0.0, 0)  # ends a branch at the first orbit that is no motion
 
 
-def with_rule(given: StopWhen | None, rule: Inadmissible) -> StopWhen:
-    """Rules of the user, and one more."""
-    listed = isinstance(given, list | tuple)
-    return [*given, rule] if listed else [*([] if given is None else [given]), rule]  # type: ignore[misc, list-item]
-
-
 def inadmissible(*, beyond: float = 0.05, points: int = 100) -> Inadmissible:
     """End a branch after a long part that is not admissible.
 
@@ -104,9 +98,12 @@ def unstable(*, multipliers: int = 1) -> Rule:
 
 
 def stop_rule(
-    stop_when: StopWhen | None, family: OrbitFamily, bounds: tuple[float, float]
+    stop_when: StopWhen | None,
+    family: OrbitFamily,
+    bounds: tuple[float, float],
+    *more: Inadmissible,
 ) -> BeginRule | None:
-    """Rule of a continuation from those of the user, started separately in each direction.
+    """Rule of a continuation from those of the user and more, started separately in each direction.
 
     A branch of a machine with elements ends where its sequence does, too.
 
@@ -117,6 +114,7 @@ def stop_rule(
     """
     listed = isinstance(stop_when, list | tuple)
     given: list[Any] = list(stop_when) if listed else [stop_when] * (stop_when is not None)  # type: ignore[arg-type]
+    given += more
     if family.signature.flights:
         given.append(passed_over)
     if not given:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from vibroimpact._core.checks import range_of
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
-from vibroimpact.branches.beginning import Bounds, BranchStart, neighbouring
+from vibroimpact.branches.beginning import neighbouring
 from vibroimpact.branches.branch import Branch
-from vibroimpact.branches.continue_orbit import STEPS, branch_of
+from vibroimpact.branches.continue_orbit import followed
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.point import BifurcationPoint, NotFound, check_point
 from vibroimpact.branches.stop_rules import RuleError, StopWhen, stop_rule
-from vibroimpact.continuation import Steps, continue_curve
-from vibroimpact.continuation.walk import BeginRule, CurveProgress, check_steps
+from vibroimpact.continuation import Steps
+from vibroimpact.continuation.walk import check_steps
 
 
 @interruptible
@@ -62,22 +62,8 @@ def switch_branch(
     try:
         with Reporter(progress, "branch") as report:
             told = report.counted("points", point.name)
-            return _followed(start, (low, high), steps, begin, told)
+            return followed(start, (low, high), steps, begin, told)
     except RuleError:
         raise
     except InvalidParameterError as error:  # the start does not converge
         return NotFound(point, str(error))
-
-
-def _followed(
-    start: BranchStart,
-    bounds: Bounds,
-    steps: Steps | None,
-    stop_when: BeginRule | None,
-    progress: CurveProgress,
-) -> Branch:
-    curve = continue_curve(
-        start.family, start.z, start.parameter, bounds, tangent=start.tangent,
-        both=start.both, steps=steps or STEPS, stop_when=stop_when, progress=progress,
-    )  # fmt: skip
-    return branch_of(start.family, curve, bounds)

@@ -32,7 +32,6 @@ from vibroimpact.branches.grazing import belongs_to_impact
 from vibroimpact.branches.point import TOUCH_RELATIVE, BifurcationPoint
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import GAP_WATCH, End, Prescribed
-from vibroimpact.model.elements.element import Element
 from vibroimpact.model.mechanism import Mechanism, accelerations
 from vibroimpact.model.stop import Stop
 from vibroimpact.normal_forms.critical import HALF_OF_THE_DIGITS, Refusal, Status
@@ -93,7 +92,7 @@ def touched_map(orbit: Orbit, place: Place, parameter: str = "") -> TouchedMap:
     by = -end.side * compiled.linearise(here, at_once, [end]).gap_by[0]
     second = compiled.second(here, at_once, [end], in_time)[1][0, compiled.size]
     mechanism = compiled.mechanism
-    row = -end.side * np.array(element_at(mechanism, end).row)
+    row = -end.side * np.array(mechanism.elements[end.contact].row)
     lift, n = accelerations(mechanism, row), compiled.degrees
     push = np.zeros(compiled.size)
     push[n : 2 * n] = lift
@@ -101,15 +100,6 @@ def touched_map(orbit: Orbit, place: Place, parameter: str = "") -> TouchedMap:
         solved, solved.jacobian(), by[: compiled.size], float(by[-1]), -end.side * float(second), push,
         float(row @ lift),
     )  # fmt: skip
-
-
-def element_at(m: Mechanism, end: End) -> Element:
-    """Element whose guard ends a flight."""
-    rigid = m.rigid_stops
-    found: Element = (
-        rigid[end.contact] if end.contact < len(rigid) else m.switching[end.contact - len(rigid)]
-    )
-    return found
 
 
 def touch(kind: PointKind, point: BifurcationPoint) -> Touch | Refusal:
@@ -206,7 +196,7 @@ def _another(point: BifurcationPoint) -> str:
 
 def why_no_law(m: Mechanism, end: End) -> str:
     """Reason why the touch of a guard has no law here; "" where it has one."""
-    element = element_at(m, end)
+    element = m.elements[end.contact]
     if not element.is_stop:
         return "what is touched is no stop: of friction and switches no normal form is known here"
     if any(element.row[i] for i in m.massless):
@@ -220,7 +210,7 @@ def why_no_law(m: Mechanism, end: End) -> str:
 def jump_at(at: TouchedMap, end: End) -> tuple[ContactLaw, Floats]:
     """Law of a stop that is touched from outside, and E over (x, v, theta)."""
     m, a = at.solved.compiled.mechanism, at.acceleration
-    element = element_at(m, end)
+    element = m.elements[end.contact]
     if element.rigid:
         restitution = Stop(end.contact, end.side).restitution(m.rigid_stops)
         return ContactLaw.RIGID, (1.0 + restitution) * math.sqrt(2.0 * a) * at.push / at.lift  # (1)

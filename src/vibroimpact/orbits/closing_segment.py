@@ -32,6 +32,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
 from vibroimpact.orbits.problem import (
     Flight,
+    Signature,
     forcing_repeats,
     least_cycles,
     resisted_translations,
@@ -75,6 +76,11 @@ class ClosingLoop(NamedTuple):
     durations: Floats
     flights: tuple[Flight, ...]
     settled: bool
+
+    @property
+    def signature(self) -> Signature:
+        """Its signature, solved as a whole."""
+        return Signature(self.impacts, self.cycles, False, self.flights)
 
 
 class Events(NamedTuple):

@@ -179,7 +179,7 @@ def _eventless(
 
 def of_loop(system: System, loop: ClosingLoop, symmetric: bool | Symmetry | None) -> Orbit:
     """Orbit from a loop, symmetric only if it is said to be."""
-    signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
+    signature = loop.signature
     guess = Guess(loop.states, loop.durations)
     if signature.eventless:
         signature = without_events(

@@ -21,7 +21,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.closing_segment import closing_loop
 from vibroimpact.orbits.find import SAME_ORBIT_RELATIVE, Guess, primitive, solve, unfolded
 from vibroimpact.orbits.orbit import Orbit
-from vibroimpact.orbits.problem import Signature, asymmetry_without_elements
+from vibroimpact.orbits.problem import asymmetry_without_elements
 from vibroimpact.simulation.simulate import simulate
 
 # A motion from a mirrored state takes so many: its first whole loop and what closes it.
@@ -62,7 +62,7 @@ def _image_by_motion(orbit: Orbit, start_of_image: Floats) -> Orbit | None:
     loop = closing_loop(run, None, orbit.signature.cycles)
     if isinstance(loop, str):
         return None
-    signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
+    signature = loop.signature
     found = solve(orbit.system, signature, Guess(loop.states, loop.durations))
     if not found.converged:
         return None

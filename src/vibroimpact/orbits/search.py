@@ -214,8 +214,7 @@ class _Sweep:
 
     def _try_without_events(self, loop: ClosingLoop) -> None:
         """Solve for the motion without events where a motion ends with it."""
-        signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
-        if not signature.eventless or loop.cycles > self.cycles:
+        if not loop.signature.eventless or loop.cycles > self.cycles:
             return
         mode = loop.flights[0].mode
         if mode not in self.eventless:
@@ -229,8 +228,7 @@ class _Sweep:
         """
         if isinstance(loop, str):  # one reason, however far each motion drifts
             return DRIFTS if loop.startswith(DRIFTS) else loop
-        signature = Signature(loop.impacts, loop.cycles, False, loop.flights)
-        struck = sum(impacting(mechanism_of(self.system), signature))
+        struck = sum(impacting(mechanism_of(self.system), loop.signature))
         beyond = loop.cycles > self.cycles or struck > self.impacts
         return BEYOND.format(self=self) if beyond and loop.settled else ""
 
