@@ -113,10 +113,35 @@ def test_files_keep_the_progress(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_curves_in_two_parameters_of_what_drifts_are_refused() -> None:
-    branch = vi.continue_orbit(creeping(), "omega", (1.0, 1.15))
-    with pytest.raises(vi.InvalidParameterError, match="drifts"):
-        vi.continue_bifurcation(branch["PEAK1"], ("omega", "gap"), ((1.0, 1.2), (0.0, 0.1)))
+def pushed(push: float, tilt: float) -> vi.Mechanism:
+    """x'' = 0.5 sin t - 0.3 x' + push - tilt^2, beside another mass, far from its stop."""
+    return vi.Mechanism(
+        mass=np.eye(2).tolist(), damping=[[0.3, 0.0], [0.0, 0.2]], stiffness=[[0.0, 0.0], [0.0, 1.0]],
+        constant_force=(push - tilt * tilt, 0.0), forces=(vi.Harmonic(1.0, (0.5, 0.0)),),
+        elements=(vi.RigidStop((0.0, 1.0), upper=5.0),),
+    )  # fmt: skip
+
+
+def test_a_block_stands_still_along_the_curve_on_which_its_forces_balance() -> None:
+    m = vi.Family(pushed, push=0.1, tilt=0.2)
+    branch = vi.continue_orbit(vi.find_orbit(m, START, stops=""), "push", (0.0, 0.15))
+    curve = vi.continue_bifurcation(branch["STILL1"], ("push", "tilt"), ((0.0, 0.1), (0.1, 0.3)))
+    push, tilt = curve.values.T
+    assert np.ptp(tilt) == pytest.approx(0.2)
+    np.testing.assert_allclose(push, tilt**2, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_period_doublings_of_a_capsule_in_two_parameters_are_those_of_its_branches() -> None:
+    bounds = (0.01, 0.1)
+    first = vi.continue_orbit(creeping(), "damping", (0.01, 0.1), inadmissible=True)
+    curve = vi.continue_bifurcation(first["PD1"], ("damping", "gap"), (bounds, (0.01, 0.021)))
+    damping, gap = curve.values[np.argmin(curve.values[:, 1])]
+    assert gap == pytest.approx(0.01)
+    other = replace(CAPSULE, gap=float(gap))
+    orbit = vi.find_orbit(other, vi.simulate(other, START, impacts=200))
+    again = vi.continue_orbit(orbit, "damping", bounds, inadmissible=True)
+    assert again["PD1"].parameter == pytest.approx(damping, abs=1e-11)
 
 
 def test_a_search_lists_an_orbit_that_drifts_once_wherever_the_capsule_is() -> None:

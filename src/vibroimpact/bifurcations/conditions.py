@@ -34,6 +34,7 @@ from vibroimpact.bifurcations.of_orbits import OrbitPlane
 from vibroimpact.branches.family import (
     CHATTER,
     FLIGHT,
+    PROGRESS,
     REST,
     SPEED,
     STICK,
@@ -359,6 +360,24 @@ def resting(plane: OrbitPlane, segment: int) -> Condition:
     return JustAfter(plane, segment, levels, f"{REST} {segment}", rate=False)
 
 
+class Standstill(_OneEquation):
+    """A machine does not advance: progress 0, by (4) of problem.py."""
+
+    def __init__(self, plane: OrbitPlane, number: int) -> None:
+        self.plane, self.number, self.own = plane, number, f"{PROGRESS} {number}"
+
+    def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
+        """The progress."""
+        return self.plane.progress(z, a)[self.number : self.number + 1]
+
+    def gradient(self, z: Floats, a: Pair) -> Floats:
+        """Derivatives of the progress."""
+        plane = self.plane
+        by_second = plane.by_second(a).linearise(*plane.unpacked(z), plane.ends).after_by[-1, :, -1]
+        entry = plane.kept[plane.pivots[self.number]]
+        return np.append(plane.progress_by(z, a)[self.number], by_second[entry])
+
+
 # ---- a level of a function -----------------------------------------------------------------------
 
 
@@ -418,5 +437,6 @@ OF_TESTS: dict[str, Callable[[OrbitPlane, int], Condition]] = {
     STICK: sticking,
     REST: resting,
     CHATTER: resting,
+    PROGRESS: Standstill,
 }
-"""Conditions that a test function of a segment is zero."""
+"""Conditions that a test function of a segment, or of a drift, is zero."""

@@ -46,11 +46,10 @@ class OrbitPlane(OrbitFamily):
     ) -> None:
         super().__init__(system, signature, names[0], np.append(sizes, 1.0), events)
         self.names = names
-        if self.pivots or self.held.entries:
-            how = "drifts" if self.pivots else "rests or sticks all the time"
+        if self.held.entries:
             raise InvalidParameterError(
-                f"point: its orbit {how}, of which curves in two parameters are not followed. Follow branches at "
-                "several values of the other parameter."
+                "point: in its orbit a stop is rested on, or friction sticks, all the time, of which curves in two "
+                "parameters are not followed. Follow branches at several values of the other parameter."
             )
         self.along = Along(system, names, self.codes)
         self.sizes = sizes
@@ -68,7 +67,7 @@ class OrbitPlane(OrbitFamily):
     def _closing(self) -> Floats:
         m, q = len(self.impacts), self.size
         marks = np.zeros((m, q + 1, m, q + 1))
-        marks[-1, :q, 0, :q] = self.reflected(np.eye(q))
+        marks[-1, :q, 0, :q] = self.relative @ self.reflected(np.eye(q))
         return marks.reshape(m * (q + 1), m * (q + 1))
 
     def forget(self) -> None:
@@ -92,7 +91,10 @@ class OrbitPlane(OrbitFamily):
             parts = self.by_second(a).linearise(*self.unpacked(z), self.ends)
         except InvalidParameterError:
             return np.full((len(z), len(z)), np.nan), np.full((len(z), 2), np.nan)
-        second = np.column_stack([parts.after_by[:, self.kept, -1], parts.gap_by[:, -1]])
+        moved = parts.after_by[:, self.kept, -1]
+        if self.pivots:
+            moved[-1] = self.relative @ moved[-1]
+        second = np.column_stack([moved, parts.gap_by[:, -1]])
         return by_z, np.column_stack([first, second.ravel()])
 
     def by_first(self, z: Floats, a: Pair) -> tuple[Floats, Floats]:
@@ -119,6 +121,8 @@ class OrbitPlane(OrbitFamily):
         whole[:, :, :-2] = blocks.reshape(m, q + 1, m * (q + 1))
         whole[:, :q, -2], whole[:, q, -2] = after[:, :, -1], gap[:, -1]
         whole[:, :q, -1], whole[:, q, -1] = other[:, :, -1], other_gap[:, -1]
+        if self.pivots:
+            whole[-1, :q] = self.relative @ whole[-1, :q]
         return whole.reshape(m * (q + 1), -1)
 
     def followed(self, p: Value) -> dict[str, Any]:
@@ -127,10 +131,9 @@ class OrbitPlane(OrbitFamily):
         return dict(zip(self.names, p, strict=True))
 
     def on_section(self, v: Complexes) -> Complexes:
-        """Change of the first state, without the position that the section leaves out."""
-        left_out = self.left_out(self.own)
-        own = v[: self.size]
-        return own if left_out == NONE_LEFT_OUT else np.delete(own, left_out)
+        """Change of the first state, without what the section and a drift leave out."""
+        left_out = [j for j in (self.left_out(self.own), *self.pivots) if j != NONE_LEFT_OUT]
+        return np.delete(v[: self.size], left_out)
 
     def repeated(self, times: int) -> OrbitPlane:
         """Orbits that close after so many iterates of the solved map; even ones lose the symmetry."""
