@@ -121,8 +121,10 @@ def _within_chatter(run: Run) -> Flags:
     It begins as soon as what is left of it is no longer than a step of its mode.
     """
     within = np.zeros(len(run.status), dtype=bool)
-    for end in np.flatnonzero(run.status == Status.CHATTER).tolist():
-        code = run.codes[end - 1]
+    ends = np.flatnonzero(run.status == Status.CHATTER).tolist()
+    codes = run.codes if ends else []
+    for end in ends:
+        code = codes[end - 1]
         longest = compile_prescribed(run.system, "", (code,)).step(code)
         here = (run.contact == run.contact[end]) & (run.limit_side == run.limit_side[end])
         first = summed_from(end, run.time, here & (run.status == Status.IMPACT), longest)
