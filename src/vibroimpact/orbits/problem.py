@@ -472,6 +472,7 @@ class OrbitProblem:
             share = 0.5 if self.signature.symmetric else 1.0
             self.turn[-1] = 2.0 * math.pi * self.signature.cycles * share
         self.drifts, self.pivots = np.zeros((self.size, 0)), []
+        self.held = Held((), np.zeros((0, self.size)), [])
         resisted = resisted_translations(self.mechanism).directions
         if resisted.size and not self.signature.symmetric:
             self.drifts = np.zeros((self.size, resisted.shape[1]))
@@ -485,10 +486,10 @@ class OrbitProblem:
 
     def _held(self) -> Held:
         """What all modes hold; of constraints that follow from others one is taken."""
-        m, none = self.mechanism, np.zeros((0, self.size))
+        m, none = self.mechanism, self.held
         held = held_in(m, self.codes)
         if not held:
-            return Held((), none, [])
+            return none
         ends = [
             end
             for end in self.own.ends
@@ -496,7 +497,7 @@ class OrbitProblem:
         ]
         states = np.zeros((len(ends), 2 * m.degrees + 1))
         rows = self.own.linearise(states, np.zeros(len(ends)), ends).gap_by[:, self.kept]
-        places = none.copy()
+        places = none.places
         for contact, _ in held[len(closed_from_code(self.modes[0], len(m.rigid_stops))) :]:
             place = np.append(m.elements[contact].row, np.zeros(self.size - m.degrees))
             if not (place @ self.drifts).any():  # else the drift says where
@@ -508,7 +509,10 @@ class OrbitProblem:
         kept = [k for k in range(len(every)) if rank(every[: k + 1]) > rank(every[:k])]
         first = sum(k < len(ends) for k in kept)
         fixed = every[kept[first:]]
-        entries = pivots_of(every[kept].T, *self.pivots, self.left_out(self.own))
+        left_out = self.left_out(self.own)
+        others = np.delete(every[kept], left_out, axis=1)
+        barred = [left_out] if others.any(axis=1).all() else []
+        entries = pivots_of(every[kept].T, *self.pivots, *barred)
         return Held(tuple(ends[k] for k in kept[:first]), fixed, entries)
 
     def _keeping(self, z: Floats, p: Value) -> Keeping | None:
@@ -672,5 +676,13 @@ class OrbitProblem:
 
     def left_out(self, compiled: Prescribed, end: End | None = None) -> int:
         """Number, among the unknowns of a state, of the one that the section of an event leaves out."""
-        found = compiled.solved_coordinate(end or self.signature.first)
-        return found if found == NONE_LEFT_OUT else self.kept.index(found)
+        first = end or self.signature.first
+        found = compiled.solved_coordinate(first)
+        if found == NONE_LEFT_OUT:
+            return found
+        number = self.kept.index(found)
+        if number in self.held.entries:
+            slopes = np.abs(compiled.slopes(first, np.zeros(compiled.size))[self.kept])
+            slopes[self.held.entries] = 0.0
+            number = int(np.argmax(slopes))
+        return number
