@@ -53,7 +53,7 @@ from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, rolled, with_image
 from vibroimpact.orbits.maps import SegmentMap, map_of
-from vibroimpact.orbits.multipliers import Pencil, PencilOf
+from vibroimpact.orbits.multipliers import Pencil, PencilOf, with_structural
 from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit, know
 from vibroimpact.orbits.problem import (
@@ -266,7 +266,11 @@ class OrbitFamily(OrbitProblem):
     def multipliers(self, z: Floats, p: Value) -> Complexes:
         """Multipliers of the solved map, largest modulus first; the latest ones are kept."""
         key = z.tobytes(), p
-        return latest(self._multipliers, key, lambda _: self.pencil(z, p).eigenvalues())
+        return latest(
+            self._multipliers,
+            key,
+            lambda _: with_structural(self.pencil(z, p).eigenvalues(), self.held),
+        )
 
     def watch(self, z: Floats, p: Value) -> dict[str, float]:
         """Test functions (2)-(4)."""

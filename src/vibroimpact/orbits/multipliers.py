@@ -28,7 +28,7 @@ from vibroimpact._core import pencils
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.prescribed import NONE_LEFT_OUT, Linearised, Prescribed
 from vibroimpact.orbits.newton import guard_sizes
-from vibroimpact.orbits.problem import OrbitProblem
+from vibroimpact.orbits.problem import Held, OrbitProblem
 
 
 def section_basis(slopes: Floats, j: int) -> tuple[Floats, list[int]]:
@@ -78,6 +78,12 @@ def sorted_multipliers(values: Complexes) -> Complexes:
     """Sort by modulus, largest first; of a pair, the one in the upper half plane is first."""
     order = np.lexsort((-values.imag, -np.round(np.abs(values), 9)))
     return values[order]
+
+
+def with_structural(found: Complexes, held: Held) -> Complexes:
+    """Multipliers of a pencil and those of what all modes hold: 0 of limits, 1 of places that are anywhere."""
+    known = [1.0] * len(held.places) + [0.0] * len(held.ends)
+    return sorted_multipliers(np.append(found, known)) if known else found
 
 
 class PencilOf:

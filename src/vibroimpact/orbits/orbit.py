@@ -29,7 +29,7 @@ from vibroimpact.orbits.admissibility import (
     least_gaps,
     why_inadmissible,
 )
-from vibroimpact.orbits.multipliers import PencilOf, sorted_multipliers
+from vibroimpact.orbits.multipliers import PencilOf, with_structural
 from vibroimpact.orbits.newton import (
     FOUND,
     ROUNDING_OF_TERMS,
@@ -241,14 +241,12 @@ class Orbit(Result):
 
     @cached_property
     def _of_solved_map(self) -> Complexes:
-        held = self.problem.held
         if not self.converged or self.rateless:
             free = self.problem.size - 1 - len(self.problem.pivots)
             return np.full(free, complex(math.nan, math.nan))
         pencils = PencilOf(self.problem, self._sizes)
         found = pencils.at(self.problem.own, self.linearised).eigenvalues()
-        known = [1.0] * len(held.places) + [0.0] * len(held.ends)
-        return sorted_multipliers(np.append(found, known)) if known else found
+        return with_structural(found, self.problem.held)
 
     @property
     def zero_multipliers(self) -> int:
