@@ -38,10 +38,10 @@ public:
 
     // Of u in a unit of time, over a span that begins at a time.
     VI_HD void include(const taylor_polynomial& u, double begin, double span, double unit) {
-        const double pieces = 1.0 + floor(rate_ * span * (1.0 / most_turn));
+        const int pieces = 1 + static_cast<int>(rate_ * span * (1.0 / most_turn));
         const double length = span / pieces, half = length / 2.0;
         turn_to(half);
-        for (double k = 0.0; k < pieces; k = k + 1.0) {
+        for (int k = 0; k < pieces; ++k) {
             const double middle = k * length + half;
             const auto at = sincos(rate_ * ((begin - origin_) + middle));
             const auto u_at = [&](double x) { return evaluate(u, 0, (middle + half * x) / unit); };
