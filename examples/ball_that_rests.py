@@ -28,7 +28,7 @@ def main(out: str | None = None) -> None:
     branch = vi.continue_orbit(orbit, "forces[0].sine[0]", (2.9, 3.4))
     print(branch)
     print(
-        f"rest ends at {branch['REST1'].parameter:.12f}, closed form {math.hypot(1.0, math.pi):.12f}"
+        f"rest ends at {branch['CS1'].parameter:.12f}, closed form {math.hypot(1.0, math.pi):.12f}"
     )
     bouncing = ball(1.3, 0.5)
     found = vi.find_orbit(bouncing, vi.simulate(bouncing, vi.State((0.0,), (0.0,)), impacts=200))

@@ -15,16 +15,14 @@ import vibroimpact as vi
 from vibroimpact.plotting import save, style
 
 STILL, TICK = [[0.0, 0.0], [0.0, 0.0]], [0.0, -1.0]
-START = vi.State((1.5, 0.0), (0.0, 0.0))
+START, TICKS = vi.State((1.5, 0.0), (0.0, 0.0)), vi.AtChange(0, "MODE_0")
 
 
 def converter(load: float = 1.0, supply: float = 3.0, peak: float = 2.0) -> vi.HybridSystem:
     """The current, and a clock that runs from 0 to 1."""
+    on, off = (vi.LinearMode(STILL, [drive - load, 1.0]) for drive in (supply, 0.0))
     return vi.HybridSystem(
-        modes={
-            "on": vi.LinearMode(STILL, [supply - load, 1.0]),
-            "off": vi.LinearMode(STILL, [-load, 1.0]),
-        },
+        modes={"on": on, "off": off},
         guards={"peak": vi.LinearGuard([1.0, 0.0], peak), "tick": vi.LinearGuard([0.0, 1.0], 1.0)},
         transitions=(
             vi.Transition("on", "peak", "rising", "off"),
@@ -42,13 +40,10 @@ def main(out: str | None = None) -> None:
     branch = vi.continue_orbit(orbit, "load", (1.0, 1.9), inadmissible=True)
     (doubling,) = branch.special_points
     print(f"{doubling.label} at load = {doubling.parameters['load']:.12f}, closed form {3.0 / 2.0}")
-
     loads = np.linspace(1.0, 1.9, 61)
     with style.drawing(None) as ax:
         for load in loads:
-            ticks = vi.section(
-                family.replace(load=load), START, at=vi.AtChange(0, "MODE_0"), points=40
-            )
+            ticks = vi.section(family.replace(load=load), START, at=TICKS, points=40)
             ax.plot(np.full(40, load), ticks.x1, ".", color=style.BLUE, markersize=1.5)
         ax.plot(loads, 2.0 - loads * (1.0 - loads / 3.0), color=style.GREY, linestyle=":")
         ax.axvline(1.5, color=style.GREY, linestyle=":")

@@ -1,9 +1,8 @@
 """A spring that switches: the mesh of two spur gears, in which two pairs of teeth press by turns with one.
 
-x'' + 0.1 x' + k(t) x = 0.3 for the transmission error x, k = 1.6 for 2 radians of every period of the
-mesh and 0.8 for the rest. Its response is that of a linear machine, but for a band of frequencies in which
-the mesh itself drives it: parametric resonance, between two period doublings. Where it begins is followed
-over the depth of the step.
+x'' + 0.1 x' + k(t) x = 0.3 for the transmission error x, k = 1.6 for 2 radians of every period of the mesh and 0.8 for
+the rest. It responds as a linear machine does, but for a band of frequencies in which the mesh itself drives it:
+parametric resonance, between two period doublings. Where it begins is followed over the depth of the step.
 """
 
 from __future__ import annotations
@@ -41,16 +40,13 @@ def main(out: str | None = None) -> None:
     orbit = vi.find_orbit(gears, vi.simulate(gears, vi.State((0.0,), (0.0,)), t_max=300.0))
     print(f"trace {orbit.multipliers.sum().real:.12f}, closed form {trace(0.9):.12f}")
     branch = vi.continue_orbit(orbit, "omega", (0.88, 2.4), inadmissible=True)
-    doublings = branch.special_points
-    for point in doublings:
-        omega = point.parameters["omega"]
-        left = 1.0 + trace(omega) + math.exp(-0.1 * 2.0 * math.pi / omega)
-        print(f"{point.label} at omega = {omega:.9f}: closed form of its condition {abs(left):.0e}")
-    bounds = ((1.4, 2.6), (0.6, 1.6))
-    curve = vi.continue_bifurcation(doublings[0], ("omega", "one_pair"), bounds)
+    for point in branch.special_points:
+        left = 1.0 + trace(point.parameter) + math.exp(-0.1 * 2.0 * math.pi / point.parameter)
+        print(f"{point.label} at omega = {point.parameter:.9f}, its closed form {abs(left):.0e}")
+    curve = vi.continue_bifurcation(branch["PD1"], ("omega", "one_pair"), ((1.4, 2.6), (0.6, 1.6)))
     with style.drawing(None) as ax:
         ax.plot(*curve.values.T, color=style.BLUE)
-        ax.plot([p.parameters["omega"] for p in doublings], [0.8, 0.8], "o", color=style.GREY)
+        ax.plot([p.parameter for p in branch.special_points], [0.8, 0.8], "o", color=style.GREY)
         ax.set(xlabel=r"mesh frequency $\omega$", ylabel="stiffness of one pair of teeth")
     if out:
         save(ax, out)
