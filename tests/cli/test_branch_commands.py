@@ -250,9 +250,11 @@ def test_what_does_not_exist_is_a_failure_with_the_reason(
 def test_a_motion_that_leads_to_no_orbit_is_a_failure(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    held = '[[mechanism.elements]]\nkind = "friction"\nrow = [1.0]\nkinetic = 5.0\n\n[start]'
-    Path("far.toml").write_text(WALL.replace("[start]", held), encoding="utf-8")
-    assert cli.main(["branch", "--config", "far.toml", "--bounds", "omega=0.7:0.9"]) == cli.FAILED
+    """Without a spring, its weight lets the mass fall from the wall for ever."""
+    falls = WALL.replace("damping = [[0.1]]", "damping = [[0.0]]\nconstant_force = [-1.0]")
+    falls = falls.replace("stiffness = [[1.0]]", "stiffness = [[0.0]]")
+    Path("falls.toml").write_text(falls, encoding="utf-8")
+    assert cli.main(["branch", "--config", "falls.toml", "--bounds", "omega=0.7:0.9"]) == cli.FAILED
     assert "no periodic orbit was found" in capsys.readouterr().err
 
 
