@@ -48,8 +48,6 @@ SAFETY_FACTOR = 0.3  # (4) aims at this part of what is allowed
 FAILURE_LENGTH_FACTOR = 0.6
 LEAST_LENGTH_FACTOR = 0.2  # (4) multiplies a length by so much at least
 LARGEST_LENGTH_FACTOR = 3.0  # (4) multiplies a length by so much at most
-# Newton's tolerance at the nodes is this share of that of the expansion.
-NODE_TOLERANCE_SHARE = 1e-3
 LEAST_TOLERANCE = 1e-13  # the tolerance of the expansion of y is so large at least
 
 
@@ -152,12 +150,11 @@ def trace(
     first = replace(origin, direction=row)
     traced = Trace([0.0], [first])
     base, ahead = float(row @ origin.y), math.cos(standard.turn)
-    tolerance = NODE_TOLERANCE_SHARE * standard.tolerance * length
     for s in positions(0.0, length)[1:]:
         if last is not None and s == length:
             node = _with_direction(last, row)
         else:
-            attempt = correct(problem, traced.guess(s), row, base + s, tolerance)
+            attempt = correct(problem, traced.guess(s), row, base + s)
             if attempt.node is None:
                 outside = attempt if attempt.status is NewtonStatus.OUTSIDE else None
                 return Failure(attempt.status.value, outside=outside)
