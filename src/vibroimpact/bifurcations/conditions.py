@@ -356,7 +356,7 @@ def resting(plane: OrbitPlane, segment: int) -> Condition:
     contact, mode = plane.signature.impacts[segment].contact, plane.modes[segment]
     stuck = held_code(plane.mechanism, mode, contact)
     ends = compile_prescribed(plane.system, "", (stuck,)).ends
-    levels = [end for end in ends if end.contact == contact]
+    levels = [end for end in ends if end.contact == contact and end.watch >= 0]
     return JustAfter(plane, segment, levels, f"{REST} {segment}", rate=False)
 
 

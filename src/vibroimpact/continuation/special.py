@@ -219,11 +219,12 @@ def _stepped(true: Function, f: Expansion, a: float, b: float) -> tuple[float, f
     last = math.inf
     for _ in range(MOST_STEPS if slope else 0):
         step = true(s) / slope
-        if abs(step) <= rounding or last / 2.0 < abs(step) <= ROUNDED_STEPS * rounding:
-            return s, abs(slope)
+        done = abs(step) <= rounding or last / 2.0 < abs(step) <= ROUNDED_STEPS * rounding
         s, last = s - step, abs(step)
         if not a <= s <= b:
             break
+        if done:
+            return s, abs(slope)
     return math.nan, 0.0
 
 
