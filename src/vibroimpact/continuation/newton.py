@@ -30,8 +30,9 @@ POINT_TOLERANCE = 1e-13  # a single point, in unknowns of size one, has this tol
 # Where the matrix is ill conditioned, rounding keeps the steps from falling further: below the
 # first number a step that has not halved means that, above it Newton's iteration has failed.
 STALLED_STEP = 1e-8
+EPS = float(np.finfo(float).eps)
 # A Newton step that is so small, relative to the unknowns, is rounding.
-ROUNDING_OF_STEP = 4.0 * float(np.finfo(float).eps)
+ROUNDING_OF_STEP = 4.0 * EPS
 
 
 class NewtonStatus(StrEnum):
@@ -94,7 +95,11 @@ def _iterated(
             return Attempt(NewtonStatus.SINGULAR, y)
         step, direction = solved
         size = float(np.linalg.norm(step))
-        if _finished(size, previous, tolerance, float(np.linalg.norm(y))):
+        length = float(np.linalg.norm(y))
+        done = _finished(size, previous, tolerance, length)
+        if not done and count == MOST_STEPS - 1:
+            done = size <= STALLED_STEP and relative(residual, jacobian) <= EPS * length
+        if done:
             left = relative(residual, jacobian)
             node = Node(y, jacobian, direction, left, count + 1, size, problem.inside(y + step))
             return Attempt(NewtonStatus.CONVERGED, y, node)
