@@ -334,6 +334,14 @@ def test_evaluations_of_a_point_do_not_grow_with_the_impacts_of_its_orbit(
     assert max(per_point) <= 2.5
 
 
+def test_the_equations_hold_at_every_point_however_coarse_the_steps() -> None:
+    steps = vi.Steps(first=0.3, largest=4.0, tolerance=1e-3)
+    (start, _) = vi.symmetric_orbits(paper_damper("A", 0.95))
+    branch = vi.continue_orbit(start, "omega", (0.6, 1.2), inadmissible=True, steps=steps)
+    assert len(branch) > 20
+    assert all(branch.orbit(k).converged for k in range(len(branch)))
+
+
 def test_a_branch_keeps_no_evaluation_of_its_points() -> None:
     """Each has a compiled machine, with the exponentials of its flights."""
     damper = paper_damper("A", omega=1.1)
