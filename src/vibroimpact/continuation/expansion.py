@@ -180,14 +180,14 @@ def zero_between(f: Expansion, a: float, b: float) -> float:
 
 
 def brent(f: Function, a: float, b: float) -> float:
-    """Zero of f in a bracket, to rounding of b; an end if that is a zero or f has one sign.
+    """Zero of f in a bracket, to rounding of b; where f has one sign, the end at which it is smaller.
 
     NaN if a value of f is not finite.
     """
     from scipy.optimize import brentq
 
     if f(a) * f(b) >= 0.0:
-        return b if f(b) == 0.0 else a
+        return min((b, a), key=lambda s: abs(f(s)))
     accuracy = float(np.finfo(float).eps)
     try:
         root, _ = brentq(
