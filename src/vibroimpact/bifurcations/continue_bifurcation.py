@@ -300,6 +300,7 @@ def _start(point: Any, parameters: Any, bounds: Any, kind: str) -> Start:
     names = names_of_two(parameters)
     if isinstance(point.orbit, Orbit):
         wanted = _kind_at(point, kind)
+        _check_flights(wanted, point)
         plane, z, a = _of_orbit(point.orbit, names, bounds, _events_at(point))
         condition, tests = _condition(wanted, point, plane)
         return Start(wanted, plane, condition, tests, z, a)
@@ -343,14 +344,18 @@ def _kind_at(point: BifurcationPoint, kind: str) -> PointKind:
     return wanted
 
 
-def _condition(
-    kind: PointKind, point: BifurcationPoint, plane: OrbitPlane
-) -> tuple[Condition, Tests]:
+def _check_flights(kind: PointKind, point: BifurcationPoint) -> None:
+    """Refuse a touch at which a flight vanishes, where a singular Jacobian would be taken for that of a family."""
     if (kind == GR or kind.power) and point.curve is None and point.orbit.rateless:
         raise InvalidParameterError(
             f"point = {point.label}: a flight of the orbit vanishes there, and its equations are singular. "
             f"Take the same touch of the orbits without that flight: switch_branch(point), then its {kind.label}."
         )
+
+
+def _condition(
+    kind: PointKind, point: BifurcationPoint, plane: OrbitPlane
+) -> tuple[Condition, Tests]:
     found = condition_of(kind, plane, point.nearest, _test_of(kind, point))
     if found is None:
         raise InvalidParameterError(
