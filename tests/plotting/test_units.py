@@ -316,3 +316,15 @@ def test_axes_in_several_scales_are_read_in_parts_of_their_unit() -> None:
         decade = ax.xaxis.get_major_formatter()(PARTS[prefix])
         assert decade in ("1.0", r"$\mathdefault{10^{0}}$")
     assert ax.format_xdata(3000.0) == "3"
+
+
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_axes_that_are_drawn_on_again_keep_the_unit_of_their_data(scale: str) -> None:
+    with style.drawing(None) as ax:
+        ax.plot([0.0, 1.0], [0.0005, 0.004])
+        ax.set(xlabel="share", yscale=scale, ylabel="place [m]")
+    for size, prefix in ((0.003, "m"), (3.0, ""), (0.005, "")):
+        with style.drawing(ax):
+            ax.plot([0.0, 1.0], [0.0005, size])
+        assert ax.get_ylabel() == f"place [{prefix}m]"
+        assert ax.format_ydata(0.003) == f"{0.003 / PARTS[prefix]:g}"

@@ -161,11 +161,11 @@ def drawing(ax: Axes | None, *, width: float = WIDTH, height: float = HEIGHT) ->
 
 
 class _Prefixed(ScalarFormatter):
-    """Tick labels of an axis whose numbers are shown in a part or a multiple of their unit."""
+    """Tick labels of an axis whose numbers are shown in a part or a multiple of the unit of its data."""
 
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, unit: str) -> None:
         super().__init__()
-        self.factor = factor
+        self.factor, self.unit = factor, unit
 
     def set_axis(self, axis: Any) -> None:
         self.shown, self.axis = axis, None
@@ -185,9 +185,9 @@ class _Prefixed(ScalarFormatter):
 class _PrefixedLog(LogFormatterSciNotation):
     """The same of a logarithmic axis."""
 
-    def __init__(self, factor: float, **given: Any) -> None:
+    def __init__(self, factor: float, unit: str, **given: Any) -> None:
         super().__init__(**given)
-        self.factor = factor
+        self.factor, self.unit = factor, unit
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         return super().__call__(x / self.factor, pos)
@@ -197,22 +197,26 @@ class _PrefixedLog(LogFormatterSciNotation):
 
 
 def prefix_units(ax: Axes) -> None:
-    """Show the numbers of axes in mm or kN where they read better so: the data stay in the unit of their label."""
+    """Show the numbers of axes in mm or kN where they read better so: the data stay in the unit that is labelled."""
     for axis in (ax.xaxis, ax.yaxis):
         found = UNIT_OF_LABEL.fullmatch(axis.get_label_text())
         scale = axis.get_scale()
         if not found or scale not in ("linear", "log"):
             continue
-        factor, unit = prefixed(float(np.abs(axis.get_view_interval()).max()), found[2])
-        if factor == 1.0 and not isinstance(axis.get_major_formatter(), _Prefixed | _PrefixedLog):
+        unit, before = found[2], axis.get_major_formatter()
+        ours = before if isinstance(before, _Prefixed | _PrefixedLog) else None
+        if ours and unit == prefixed(ours.factor, ours.unit)[1]:
+            unit = ours.unit  # the label is that of an earlier call
+        factor, shown = prefixed(float(np.abs(axis.get_view_interval()).max()), unit)
+        if factor == 1.0 and not ours:
             continue
-        axis.set_label_text(f"{found[1]}[{unit}]")
+        axis.set_label_text(f"{found[1]}[{shown}]")
         if scale == "linear":
-            axis.set_major_formatter(_Prefixed(factor))
+            axis.set_major_formatter(_Prefixed(factor, unit))
         else:
-            axis.set_major_formatter(_PrefixedLog(factor))
+            axis.set_major_formatter(_PrefixedLog(factor, unit))
             axis.set_minor_formatter(
-                _PrefixedLog(factor, labelOnlyBase=False, minor_thresholds=(2, 0.5))
+                _PrefixedLog(factor, unit, labelOnlyBase=False, minor_thresholds=(2, 0.5))
             )
 
 
