@@ -54,9 +54,14 @@ def _files(path: Path, done: Done, columns: int | None) -> Iterator[tuple[Path, 
         yield path, content_of(data, suffix)
 
 
+def wants(paths: Sequence[Path], suffixes: tuple[str, ...]) -> bool:
+    """Whether a file has one of these suffixes."""
+    return any(path.suffix.lower() in suffixes for path in paths)
+
+
 def rehearse_picture(paths: Sequence[Path], picture: Picture) -> None:
     """Make a picture if a file wants one, and drop it: an error comes before the long work."""
-    if any(path.suffix.lower() in PICTURES for path in paths):
+    if wants(paths, PICTURES):
         with _drawn(picture):
             pass
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
-from vibroimpact.cli.output import Done
+from vibroimpact.cli.output import Done, wants
 from vibroimpact.machines.toml_file import HybridCase
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> Done:
     if isinstance(case, HybridCase):
         return _hybrid(arguments, case)
     state = common.start_of(arguments, case)
-    if _wants(arguments, PAGES):
+    if wants(arguments.out, PAGES):
         _check_page()
     motion = simulate(case.system, state, **common.given(arguments, LENGTH))
     if motion.end not in (RunEnd.IMPACTS, RunEnd.HORIZON):
@@ -87,7 +87,7 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
             f"{common.option(name)}: a [hybrid] starts as [start] says, has transitions and no impacts, and "
             "is drawn as a whole. Leave it out, or give --t-max."
         )
-    if _wants(arguments, ANIMATIONS + PAGES):
+    if wants(arguments.out, ANIMATIONS + PAGES):
         raise InvalidParameterError(
             "out: a [hybrid] has no masses and stops that could move. Give a picture, .nc or .csv."
         )
@@ -99,10 +99,6 @@ def _hybrid(arguments: argparse.Namespace, case: HybridCase) -> Done:
         raise common.Failure(f"after {len(motion)} events: {motion.end.sentence}.")
     last = f"ends in {motion.modes[-1]}: {motion.after[-1]}"
     return Done([motion, last], motion, motion.plot)
-
-
-def _wants(arguments: argparse.Namespace, suffixes: tuple[str, ...]) -> bool:
-    return any(path.suffix.lower() in suffixes for path in arguments.out)
 
 
 def _check_page() -> None:
