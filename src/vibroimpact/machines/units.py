@@ -71,9 +71,9 @@ class Units(NamedTuple):
         """Numbers with their unit, as they read best: "3 mm", "2 to 50 mm"."""
         return with_unit(*values, unit=self.unit(quantity), digits=digits)
 
-    def formula(self, value: float, quantity: str) -> str:
+    def formula(self, value: float, quantity: str, digits: int = 6) -> str:
         """A number with its unit, for a formula of a figure."""
-        number, _, unit = self.text(value, quantity=quantity).partition(" ")
+        number, _, unit = self.text(value, quantity=quantity, digits=digits).partition(" ")
         unit = unit.replace(" ", r"\,")
         return rf"{number}\,\mathrm{{{unit}}}" if unit else number
 

@@ -242,7 +242,7 @@ class Chain:
         high, middle = self.height, x + MASS / 2.0
         symbols.box(ax, (x, 0.0), MASS, high)
         force = bool(force_text(self.m, i))
-        mass = self.units.formula(float(f"{self.m.mass[i][i]:.4g}"), "mass")
+        mass = self.units.formula(self.m.mass[i][i], "mass", digits=4)
         name = f"$m_{{{i + 1}}}={mass}$"
         ax.text(middle, high / 2.0 + (0.35 if force else 0.0), name, ha="center", va="center",
                 fontsize=9.0)  # fmt: skip
