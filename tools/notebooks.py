@@ -21,8 +21,6 @@ from matplotlib.axes import Axes
 
 from vibroimpact.plotting.report import picture_of
 
-NOTEBOOKS = Path(__file__).resolve().parents[1] / "examples"
-
 
 class Cell(NamedTuple):
     """A cell: Markdown or code, and the HTML that running it shows."""

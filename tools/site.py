@@ -39,8 +39,10 @@ from notebooks import cells
 import vibroimpact as vi
 from vibroimpact import plotting
 from vibroimpact._core.docstrings import head_of
+from vibroimpact._core.errors import VibroImpactError
+from vibroimpact.explorer.link import read_link
 from vibroimpact.explorer.page import PAGE, page_with
-from vibroimpact.explorer.page_data import machine_data, values_of
+from vibroimpact.explorer.page_data import catalogue, machine_data
 from vibroimpact.machines.machine import example_of
 from vibroimpact.machines.registry import MACHINES, machine_of
 from vibroimpact.plotting import plot_mechanism, save
@@ -52,7 +54,6 @@ PAGES = ROOT / "build" / "site"  # the assembled pages
 EXAMPLES = ROOT / "examples"
 LONGEST = 120.0  # seconds of an example
 FIRST = "impact-damper"  # of the explorer
-LINK_WORDS = {"machine", "x", "v", "phase", "show"}  # of a link to it, beside parameters
 
 # Documents that are pages of the site, by the name of the page; the contents of index.md are in docs/site/.
 DOCUMENTS = {file.stem: file for file in DOCS.glob("*.md") if file.name != "index.md"} | {
@@ -181,12 +182,17 @@ def with_explorers(text: str) -> str:
 
 def frame(match: re.Match[str]) -> str:
     """The explorer at the state of a link, which has to be one that it knows."""
-    names = {key for key, _ in parse_qsl(match[1], strict_parsing=True)} - LINK_WORDS
-    machine = dict(parse_qsl(match[1])).get("machine", "")
-    if machine not in MACHINES or names - values_of(example_of(machine_of(machine))).keys():
-        raise SystemExit(f"The explorer has no machine with these parameters: {match[1]}")
+    link = "&".join(word for word in match[1].split("&") if not word.startswith("show="))
+    machine = dict(parse_qsl(link, strict_parsing=True)).get("machine", "")
+    if machine not in MACHINES:
+        raise SystemExit(f"The explorer has no such machine: {match[1]}")
+    example = example_of(machine_of(machine))
+    try:
+        read_link(link, example, example.free_start())
+    except VibroImpactError as error:
+        raise SystemExit(f"The explorer does not take {match[1]}: {error}") from None
     address = html.escape(f"_static/explorer.html#{match[1]}")
-    whole = html.escape(f"_static/explorer.html#{match[1].partition('&show=')[0]}")
+    whole = html.escape(f"_static/explorer.html#{link}")
     return (
         f'<iframe class="explorer" src="{address}" title="{machine} in the explorer" loading="lazy"></iframe>\n'
         f'<p class="explorer"><a href="{whole}">The same machine and start, with every panel</a></p>'
@@ -197,8 +203,8 @@ def write_explorer(folder: Path, *, quick: bool) -> None:
     """The explorer's page, with the machines of the catalogue; with the damper alone where it is to be quick."""
     if not PAGE.exists():
         return
-    machines = [FIRST] if quick else list(MACHINES)
-    data = {name: machine_data(example_of(machine_of(name))) for name in machines}
+    machines = {name: one for name, one in catalogue().items() if name == FIRST or not quick}
+    data = {name: machine_data(one) for name, one in machines.items()}
     (folder / "_static" / "explorer.html").write_text(page_with(data, FIRST), encoding="utf-8")
 
 

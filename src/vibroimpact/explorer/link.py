@@ -5,16 +5,10 @@ from __future__ import annotations
 from urllib.parse import parse_qsl, quote
 
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.explorer.page_data import values_of
-from vibroimpact.machines.registry import name_of
+from vibroimpact.explorer.page_data import page_name, values_of
 from vibroimpact.model.parameters import with_parameters
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System
-
-
-def page_name(system: System) -> str:
-    """Name of a system on the page: that of its machine, or "mechanism"."""
-    return name_of(system) or "mechanism"
 
 
 def link_of(system: System, start: State) -> str:

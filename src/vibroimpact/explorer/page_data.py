@@ -60,6 +60,11 @@ WATCHES = (
 Data = dict[str, Any]
 
 
+def page_name(system: System) -> str:
+    """Name of a system on the page: that of its machine, or "mechanism"."""
+    return name_of(system) or "mechanism"
+
+
 def values_of(system: System) -> dict[str, float]:
     """The parameters that the page varies, with their values; of a mechanism, numbers by path."""
     if isinstance(system, HybridSystem):
@@ -310,7 +315,7 @@ def machine_data(system: System, start: State | None = None) -> Data:
     cases = cases_of(name) if name else {}
     values, about = values_of(system), descriptions(type(system))
     return {
-        "name": name or "mechanism",
+        "name": page_name(system),
         "title": head_of(type(system)),
         "python": _python(system, name),
         "si": units.si,
