@@ -12,13 +12,12 @@ import argparse
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from statistics import median
 from typing import Any
 
 import numpy as np
 
 import vibroimpact as vi
-from benchmarks.branches import damper, longer
+from benchmarks.branches import damper, longer, seconds
 from benchmarks.curves import carried, with_absorbers
 
 DEGREES, IMPACTS, ELEMENTS = (4, 8), (4, 8), (2, 4)
@@ -130,15 +129,10 @@ CALLS: dict[str, Call] = {
 FACTORS = {"us": 1e6, "ms": 1e3}
 
 
-def seconds(call: Callable[[], int], rounds: int) -> float:
+def seconds_each(call: Callable[[], int], rounds: int) -> float:
     """Median CPU time of a call, all its threads together, divided by what it returns."""
-    call()  # what is built once and kept
-    spent = []
-    for _ in range(rounds):
-        begin = time.process_time()
-        count = call()
-        spent.append((time.process_time() - begin) / count)
-    return median(spent)
+    count = call()  # builds what is kept, too
+    return seconds(call, rounds, time.process_time) / count
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:
@@ -151,7 +145,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     for name, (unit, made) in CALLS.items():
         factor = FACTORS[unit[:2]]
         times = {
-            case: factor * seconds(made(orbit), options.rounds) for case, orbit in orbits.items()
+            case: factor * seconds_each(made(orbit), options.rounds)
+            for case, orbit in orbits.items()
         }
         table.append(Row(name, unit, times))
         print(f"{name:30} {unit:12} " + " ".join(f"{x:13.3g}" for x in times.values()))

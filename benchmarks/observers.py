@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import vibroimpact as vi
+from benchmarks import branches
 from vibroimpact.model.parameters import parameter_value
 
 SETTLE, PERIODS, SIDE = 50, 200, 10  # periods; values along each of two parameters
@@ -50,9 +52,7 @@ class Row(NamedTuple):
 
 def damper() -> vi.ImpactDamper:
     """Set A of the impact damper."""
-    return vi.ImpactDamper(
-        mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
-    )
+    return replace(branches.damper(), omega=1.2)
 
 
 def rubbing(k: float, w: float) -> vi.Mechanism:
