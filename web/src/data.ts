@@ -67,7 +67,12 @@ export interface Start {
   phase: number;
 }
 
-/** A start in which coordinates are changed: "x1", ..., "v1", ..., "phase". */
+/** A coordinate of a start: "x1", ..., "v1", ..., "phase". */
+export function coordinateOf(start: Start, name: string): number {
+  return name === "phase" ? start.phase : start[name[0] as "x" | "v"][Number(name.slice(1)) - 1];
+}
+
+/** A start in which coordinates are changed. */
 export function withCoordinates(start: Start, at: Record<string, number>): Start {
   const changed = { x: [...start.x], v: [...start.v], phase: start.phase };
   for (const [name, x] of Object.entries(at))

@@ -12,7 +12,7 @@ export interface Changes {
   values?: Record<string, number>;
   start?: Partial<Start>;
 }
-export interface Question extends State {}
+export type Question = State;
 export interface Answer {
   refused?: string;
   recording?: Recording;
@@ -35,7 +35,7 @@ function send(message: object): void {
 
 /** Tell the host the state, where there is one. */
 export function tell(state: State): void {
-  send({ state: structuredClone(state) });
+  send({ state });
 }
 
 /** Say that the page is ready, and hear what is set. */

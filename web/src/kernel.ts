@@ -38,6 +38,7 @@ export const isImpact = (status: number): boolean => COUNTED.has(status);
 
 export const HEAD = 9; // numbers of a row before the states: see `head` in page.cpp
 const ROOM = 1 << 19; // numbers of the table of results
+export const UNFORCED = 60; // time that is a period without forcing
 const LONG_PERIODS = 10000, LONG_STEPS = 100000; // simulation/simulate.py
 const SLOWEST = 2.0 ** -108, FASTEST = 2.0 ** 108; // compile/modes.py
 
@@ -151,6 +152,12 @@ export class Kernel {
   /** That of the first line, 0 without forcing. */
   get omega(): number {
     return this.omegas[0] ?? 0;
+  }
+
+  /** Time of a forcing period; without forcing a hundred steps or so of the motion. */
+  get period(): number {
+    const omega = this.omega;
+    return omega ? (2 * Math.PI) / omega : UNFORCED;
   }
 
   /** Row, lower and upper limit, ..., speed of the belt of every element with a row: compile/pace.py. */

@@ -6,7 +6,7 @@ import { chosenCode, Crew, inflated } from "./crew";
 import { type MachineData, machinesOf, type Start, unpacked, withCoordinates } from "./data";
 import { $, chosen, say } from "./dom";
 import { ask, type Changes, listenToHost, tell } from "./host";
-import { Kernel, Refused } from "./kernel";
+import { Kernel, Refused, UNFORCED } from "./kernel";
 import { asPython, asToml, copy, save } from "./leaves";
 import { drawMachine, Motion } from "./motion";
 import { Section } from "./section";
@@ -235,7 +235,7 @@ function frame(now: number): void {
       const recent = moving.hits.filter((hit) => hit.time <= time && hit.time > time - moving.period).length;
       if (now - noted > 500) {
         noted = now;
-        $("d-history").textContent = `t = ${time.toPrecision(5)}; ${recent} impacts in the last ${kernel.omega ? "forcing period" : "60 units of time"}`;
+        $("d-history").textContent = `t = ${time.toPrecision(5)}; ${recent} impacts in the last ${kernel.omega ? "forcing period" : `${UNFORCED} units of time`}`;
       }
     } catch (error) {
       refused(error);

@@ -25,8 +25,7 @@ export class Motion {
   constructor(private readonly kernel: Kernel, machine: MachineData, values: Record<string, number>, start: Start) {
     kernel.compile(machine, values, start);
     if (!kernel.begin(start)) throw new Missing(kernel.missing);
-    const omega = kernel.omega;
-    this.period = omega ? (2 * Math.PI) / omega : 60;
+    this.period = kernel.period;
     this.modes.push(kernel.startMode);
     this.states.push(kernel.state());
   }

@@ -2,6 +2,7 @@
 
 import { BOTTOM, cross, empty, frameOf, ink, LEFT, paint, RIGHT, TOP } from "./canvas";
 import type { Cell, Crew } from "./crew";
+import { coordinateOf } from "./data";
 import { $, chosen, say } from "./dom";
 import type { CellsJob, Named } from "./worker";
 
@@ -280,6 +281,5 @@ export class Grid extends Sweep {
 
 /** The chosen value of a parameter, or of a coordinate of the start. */
 function valueOf(of: Named, name: string): number {
-  const { values, start } = chosen;
-  return of === "values" ? values[name] : name === "phase" ? start.phase : start[name[0] as "x" | "v"][Number(name.slice(1)) - 1];
+  return of === "values" ? chosen.values[name] : coordinateOf(chosen.start, name);
 }

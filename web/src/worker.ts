@@ -64,11 +64,6 @@ self.onmessage = ({ data }: MessageEvent<Message>) => {
   }
 };
 
-/** Time of a forcing period; without forcing a hundred steps or so of the motion. */
-function periodOf(k: Kernel): number {
-  return k.omega ? (2 * Math.PI) / k.omega : 60;
-}
-
 async function work(id: number, job: Job): Promise<void> {
   const k = await kernel;
   try {
@@ -107,7 +102,7 @@ async function diagram(k: Kernel, id: number, job: DiagramJob): Promise<void> {
     try {
       k.compile(machine, { ...job.values, [job.name]: job.at[column] }, job.start);
       if (k.begin(job.start)) {
-        k.settle(job.settle * periodOf(k));
+        k.settle(job.settle * k.period);
         const part = k.section(job.contact, 0, job.points, 40 * job.points);
         for (let i = 0; i < part.count; ++i) speeds.push(part.rows[i * part.width + 1]);
       }
@@ -131,7 +126,7 @@ async function cells(k: Kernel, id: number, job: CellsJob): Promise<void> {
     try {
       k.compile(machine, values, start);
       if (k.begin(start)) {
-        const period = periodOf(k), s = k.symbol(job.settle * period, job.observe * period, 1e-6, 2);
+        const { period } = k, s = k.symbol(job.settle * period, job.observe * period, 1e-6, 2);
         const impacts = [...s.p, ...s.q].reduce((sum, one) => sum + one, 0);
         word = s.impacts === 0 ? "none" : impacts ? `${s.n}-${s.p.join("+")}-${s.q.join("+")}` : "other";
         if (job.of === "start" && impacts) mark = k.footprint(impacts);
