@@ -66,6 +66,17 @@ def rubbing() -> vi.Mechanism:
     )  # fmt: skip
 
 
+def before_swinging_stops(*motions: tuple[float, ...]) -> vi.Mechanism:
+    """Two equal masses with the same force, each before a stop that moves by a sum of lines of one frequency."""
+    stops = (
+        vi.RigidStop(
+            row, upper=0.3, restitution=0.7, motion=tuple(vi.Harmonic(0.9, (a,)) for a in sines)
+        )
+        for row, sines in zip(((1.0, 0.0), (0.0, 1.0)), motions, strict=True)
+    )
+    return replace(pair(0.5), elements=tuple(stops))
+
+
 MACHINES = {
     "another centre": (around(0.25), ["(x1) -> (-x1 + 0.5), 1 pi later"]),
     "exchange": (pair(0.5), ["(x1, x2) -> (-x2, -x1), 1 pi later"]),
@@ -78,6 +89,11 @@ MACHINES = {
     ),
     "ring of soft stops": (ring(rigid=False), None),
     "belts": (rubbing(), ["(x1, x2) -> (-x2, -x1), 1 pi later"]),
+    "motions with one sum": (
+        before_swinging_stops((0.0625, 0.125), (0.1875,)),
+        ["(x1, x2) -> (x2, x1)"],
+    ),
+    "motions with one line alike": (before_swinging_stops((0.05, 0.2), (0.1, 0.2)), []),
     "no pair": (replace(pair(0.5), damping=np.diag([0.2, 0.3])), []),
 }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sized
+from collections.abc import Iterable, Sized
 from dataclasses import dataclass
 from typing import Any
 
@@ -46,6 +46,21 @@ class Harmonic:
 def empty(value: object) -> bool:
     """Whether a value is a sequence without entries."""
     return isinstance(value, Sized) and not len(value)
+
+
+def by_frequency(lines: Iterable[Harmonic]) -> dict[float, Harmonic]:
+    """Lines by their frequency, those of one frequency added up."""
+    out: dict[float, Harmonic] = {}
+    for line in lines:
+        before = out.get(line.omega)
+        out[line.omega] = line if before is None else _sum(before, line)
+    return out
+
+
+def _sum(one: Harmonic, other: Harmonic) -> Harmonic:
+    sine = tuple(a + b for a, b in zip(one.sine, other.sine, strict=True))
+    cosine = tuple(a + b for a, b in zip(one.cosine, other.cosine, strict=True))
+    return Harmonic(one.omega, sine, cosine)
 
 
 def as_lines(name: str, value: Any) -> tuple[Harmonic, ...]:

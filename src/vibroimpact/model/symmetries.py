@@ -19,7 +19,7 @@ from __future__ import annotations
 import cmath
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,7 +28,7 @@ import numpy as np
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.model.elements.element import Element
-from vibroimpact.model.harmonic import Harmonic
+from vibroimpact.model.harmonic import Harmonic, by_frequency
 from vibroimpact.model.mechanism import Mechanism, as_array
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -236,17 +236,20 @@ def _limits(e: Any) -> tuple[float, float]:
     return e.lower, e.upper
 
 
-def _amplitude(line: Harmonic) -> Complexes:
-    """Amplitude A of a line: the real part of A exp(i omega t)."""
-    cosine = np.array(line.cosine) if line.cosine else np.zeros(len(line.sine))
-    return cosine - 1j * np.array(line.sine)
+def _amplitudes(lines: Iterable[Harmonic]) -> dict[float, Complexes]:
+    """Amplitudes A of lines by frequency: the real part of A exp(i omega t)."""
+    return {
+        omega: np.array(line.cosine) - 1j * np.array(line.sine)
+        for omega, line in by_frequency(lines).items()
+    }
 
 
 def _turn(m: Mechanism, g: Floats, matches: Sequence[Match]) -> float | None:
     """Phase (2) that all lines have; None where there is none."""
-    lines = [(line.omega / m.omega, g @ _amplitude(line), _amplitude(line)) for line in m.forces]
+    forces = _amplitudes(m.forces)
+    lines = [(omega / m.omega, g @ a, a) for omega, a in forces.items()]
     for j, (k, s) in enumerate(matches):
-        here, there = (_motion(m.elements[i]) for i in (j, k))
+        here, there = (_amplitudes(m.elements[i].motion) for i in (j, k))
         if here.keys() != there.keys():
             return None
         lines += [(omega / m.omega, s * there[omega], here[omega]) for omega in here]
@@ -260,11 +263,6 @@ def _turn(m: Mechanism, g: Floats, matches: Sequence[Match]) -> float | None:
         if all(_same(b, cmath.exp(1j * q * turn) * a, a) for q, b, a in acting):
             return float(turn)
     return None
-
-
-def _motion(e: Element) -> dict[float, Complexes]:
-    """Amplitudes of the motion of an element, by frequency."""
-    return {line.omega: _amplitude(line) for line in e.motion}
 
 
 def _shift(m: Mechanism, g: Floats, matches: Sequence[Match]) -> Floats | None:

@@ -18,7 +18,7 @@ from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.scalars import ROUNDING_PER_TERM
 from vibroimpact.model.elements.element import Element, Grip, Look, nonzero_row
-from vibroimpact.model.harmonic import Harmonic, as_lines, empty
+from vibroimpact.model.harmonic import Harmonic, as_lines, by_frequency, empty
 
 CONSTANT = (
     "A level that varies with time or speed is not supported; two levels are: kinetic, static."
@@ -223,10 +223,11 @@ class Friction(Element):
         factor = self.row[at] / other.row[at]
         if not factor:
             return None
-        here, there = _belt(other), _belt(self)
+        here, there = by_frequency(other.motion), by_frequency(self.motion)
         pairs = [*zip(other.row, self.row, strict=True), (other.belt_speed, self.belt_speed)]
         for omega in {**here, **there}:
-            pairs += zip(here.get(omega, (0.0, 0.0)), there.get(omega, (0.0, 0.0)), strict=True)
+            x, y = (belt.get(omega, Harmonic(omega, (0.0,))) for belt in (here, there))
+            pairs += [(x.sine[0], y.sine[0]), (x.cosine[0], y.cosine[0])]
         alike = all(
             abs(y - factor * x) <= ROUNDING_PER_TERM * (abs(y) + abs(factor * x)) for x, y in pairs
         )
@@ -238,12 +239,3 @@ class Friction(Element):
         speed = f"\nbelt {self.belt_speed:g}" if self.belt_speed else ""
         swings = (", swings" if speed else "\nbelt swings") if self.motion else ""
         return f"{self.kinetic:g}{static}{speed}{swings}"
-
-
-def _belt(e: Friction) -> dict[float, tuple[float, float]]:
-    """Sine and cosine of the motion of a belt, by frequency."""
-    out: dict[float, tuple[float, float]] = {}
-    for line in e.motion:
-        sine, cosine = out.get(line.omega, (0.0, 0.0))
-        out[line.omega] = sine + line.sine[0], cosine + line.cosine[0]
-    return out
