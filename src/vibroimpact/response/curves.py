@@ -14,7 +14,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from typing import cast
 
 import numpy as np
@@ -282,31 +282,42 @@ def curve_without_impacts(
     first = motion(float(values[0]))
     if isinstance(first, str):
         return first
+
+    @cache
+    def measured(value: float) -> tuple[float, float]:
+        found = motion(value)
+        return (math.nan, math.nan) if isinstance(found, str) else measure.along(found, name)
+
+    def through(places: Floats) -> ResponseCurve:
+        return _without_impacts(free, places, grazes, measure, measured)
+
     grazes = _touches(gap, values)
-    curve = _without_impacts(free, np.unique(values), grazes, measure)
+    curve = through(np.unique(values))
     summits = [_summit(curve, k) for k in range(len(curve.value) - 1) if _is_peaked(curve, k)]
     found = [place for place in summits if place is not None]
-    return _without_impacts(free, np.union1d(values, found), grazes, measure) if found else curve
+    return through(np.union1d(values, found)) if found else curve
 
 
 def _without_impacts(
-    free: WithoutImpacts, values: Floats, grazes: list[LocatedPoint], measure: Measure
+    free: WithoutImpacts,
+    values: Floats,
+    grazes: list[LocatedPoint],
+    measure: Measure,
+    measured: Callable[[float], tuple[float, float]],
 ) -> ResponseCurve:
     """The curve through motions without impacts at values of the parameter, and where these graze."""
     name, motion, touches = free.parameter, free.motion, [graze.parameter for graze in grazes]
     first = cast(FreeMotion, motion(float(values[0])))
     p = np.unique(np.append(values, touches))
-    along, least, opened = [], np.empty(len(p)), np.empty(len(p), dtype=np.int64)
+    least, opened = np.empty(len(p)), np.empty(len(p), dtype=np.int64)
     for k, value in enumerate(p.tolist()):
         found = motion(value)
         if isinstance(found, str):
-            along.append((math.nan, math.nan))
             least[k], opened[k] = -math.inf, Stability.UNSTABLE
         else:
-            along.append(measure.along(found, name))
             least[k], opened[k] = found.clearance_to_grazing, found.stability_opened
     least[np.isin(p, touches)] = 0.0
-    y, slopes = (np.array(part) for part in zip(*along, strict=True))
+    y, slopes = (np.array(part) for part in zip(*map(measured, p.tolist()), strict=True))
     open_ = least[:-1] + least[1:] > 0.0
     kinds = np.maximum(opened[:-1], opened[1:])
     special = tuple(
