@@ -538,20 +538,17 @@ class Prescribed:
         return found
 
     def _approach(self, states: Floats, durations: Floats, modes: Sequence[int]) -> Approach:
-        at, d, n = self.layout, self.layout.width, self.degrees
-        of_mode = [k for k, guards in enumerate(at.guards) for _ in guards]
-        places = [place for row in at.rows for place in row[:-1]]
-        numbers = [at.codes.index(mode) for mode in modes]
+        at, n = self.layout, self.degrees
+        places = [(k, j) for k, guards in enumerate(at.guards) for j in range(len(guards))]
+        of_mode, rows = [k for k, _ in places], [at.rows[k][j] for k, j in places]
+        numbers = [self.mode_number(mode) for mode in modes]
         extrema, edges, sizes, most = self.kernel.approach(
-            states, _contiguous(durations), numbers, of_mode, places, nodes(WINDOW_NODES),
+            states, _contiguous(durations), numbers, of_mode, rows, nodes(WINDOW_NODES),
             self.window(durations), FLAT_OF_LARGEST_RATE,
         )  # fmt: skip
         guards = []
-        names = [name for guards in at.guards for name in guards]
-        for i, ((contact, watch), place, mode) in enumerate(
-            zip(names, places, of_mode, strict=True)
-        ):
-            lower, upper = self.values[0, place + d + 1 : place + d + 3].tolist()
+        for i, (mode, number) in enumerate(places):
+            contact, watch, *_, lower, upper = self._guard(mode, number)
             size, fastest = sizes[i].tolist()
             flights = {
                 j: Passage([], (first, last), (rising, closing))
