@@ -264,9 +264,7 @@ class _OfRow(Measure):
     @property
     def _name(self) -> str:
         """The row as a name of variables of a sweep."""
-        text = self.text.replace(" ", "")
-        for sign, word in SIGNS:
-            text = text.replace(sign, word)
+        text = _in_words(self.text.replace(" ", ""))
         return text if text.isidentifier() else f"row{text}"
 
     def _signal(self, flights: Flights) -> Signal:
@@ -392,10 +390,7 @@ class Harmonic(_OfRow):
 
     @property
     def _name(self) -> str:
-        text = f"{super()._name}_at_{self.harmonic!r}"
-        for sign, word in SIGNS:
-            text = text.replace(sign, word)
-        return text
+        return f"{super()._name}_at_{_in_words(repr(self.harmonic))}"
 
     def _observer(self, row: tuple[float, ...]) -> Observer:
         return HarmonicObserver(row=row, label=self._name, harmonic=self.harmonic)
@@ -886,6 +881,13 @@ def _text(row: Sequence[float], order: int) -> str:
         size = "" if abs(row[i]) == 1.0 else f"{abs(row[i]):g}*"
         sign = ("-" if row[i] < 0.0 else "+") if text else ("-" if row[i] < 0.0 else "")
         text += (f" {sign} " if text else sign) + f"{size}{LETTERS[order]}{i + 1}"
+    return text
+
+
+def _in_words(text: str) -> str:
+    """A text with its signs as words, for names of variables."""
+    for sign, word in SIGNS:
+        text = text.replace(sign, word)
     return text
 
 
