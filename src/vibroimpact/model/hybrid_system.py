@@ -27,12 +27,12 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact._kernel import MAX_DEGREES, MAX_LINES
 from vibroimpact.model.described import Described
-from vibroimpact.model.elements.mode_switch import MOST_MODES, MOST_WATCHES, ModeSwitch, Way
+from vibroimpact.model.elements.mode_switch import MOST_MODES, ModeSwitch, Way
 from vibroimpact.model.mechanism import Mechanism
 
 Direction = Literal["rising", "falling"]
 MOST_STATES = 2 * MAX_DEGREES
-MOST_GUARDS = MOST_WATCHES
+MOST_GUARDS = 24  # a mode has so many guards at most
 
 
 @names_arguments()

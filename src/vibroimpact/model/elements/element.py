@@ -186,6 +186,13 @@ class Element(ABC):
         """Caption beside its symbol: the numbers of its law, at the stops on these sides."""
 
 
+def numbered_looks(states: type[IntEnum], word: str, step: float) -> dict[int, Look]:
+    """Looks of states by their number, but of state 0: ever lighter."""
+    return {
+        state: Look(f"{word} {state.value}", "black", step * state) for state in states if state
+    }
+
+
 def nonzero_row(value: Any, what: str) -> tuple[float, ...]:
     """Return the row of an element, or raise where it is zero."""
     row = vector("row", value)

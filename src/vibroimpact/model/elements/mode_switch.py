@@ -9,7 +9,7 @@ from typing import ClassVar, NoReturn
 from vibroimpact._core.checks import positive, real, refusal, vector
 from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.model.elements.element import Element, Look
+from vibroimpact.model.elements.element import Element, Look, numbered_looks
 from vibroimpact.model.harmonic import Harmonic
 
 Rows = tuple[tuple[float, ...], ...]
@@ -28,7 +28,6 @@ class ModeSwitchState(NamedCode):
 
 
 MOST_MODES = len(ModeSwitchState)
-MOST_WATCHES = 24  # a mode has so many guards at most
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +68,7 @@ class ModeSwitch(Element):
 
     kind: ClassVar[str] = "mode_switch"
     State = ModeSwitchState
-    looks: ClassVar[Mapping[int, Look]] = {
-        state: Look(f"mode {state.value}", "black", 0.14 * state)
-        for state in ModeSwitchState
-        if state
-    }
+    looks: ClassVar[Mapping[int, Look]] = numbered_looks(ModeSwitchState, "mode", 0.14)
     records: ClassVar[Mapping[str, type]] = {"ways": Way}
     whole = True
     row = ()

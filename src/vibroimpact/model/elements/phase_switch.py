@@ -11,7 +11,13 @@ from typing import ClassVar
 from vibroimpact._core.checks import names_arguments, positive, refusal, vector
 from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact.model.elements.element import Element, Look, nonzero_row, symbols_of
+from vibroimpact.model.elements.element import (
+    Element,
+    Look,
+    nonzero_row,
+    numbered_looks,
+    symbols_of,
+)
 from vibroimpact.model.harmonic import Harmonic
 
 HALF_TURN_RELATIVE = 2.0**-50  # arcs that are so near to pi, relative to it, are pi long
@@ -67,11 +73,7 @@ class PhaseSwitch(Element):
 
     kind: ClassVar[str] = "phase_switch"
     State = PhaseSwitchState
-    looks: ClassVar[Mapping[int, Look]] = {
-        state: Look(f"arc {state.value}", "black", 0.2 * state)
-        for state in PhaseSwitchState
-        if state
-    }
+    looks: ClassVar[Mapping[int, Look]] = numbered_looks(PhaseSwitchState, "arc", 0.2)
     by_time = True
     motion = ()
 
