@@ -369,3 +369,27 @@ def test_a_ball_that_rests_anywhere_is_not_the_worst_where_simulated_motions_hit
     assert found.largest(neutral=True).value == pytest.approx(peak, rel=1e-3)
     assert found.worst.attracting
     assert found.worst.value < 0.8 * peak
+
+
+def test_a_motion_of_three_periods_is_measured_over_whole_periods_of_its_own() -> None:
+    def before_a_stop(omega: float) -> vi.Mechanism:
+        return vi.Mechanism(
+            mass=[[1.0]], damping=[[0.05]], stiffness=[[1.0]], forces=(vi.Harmonic(omega, (1.0,)),),
+            elements=(vi.RigidStop((1.0,), upper=0.0, restitution=0.8),),
+        )  # fmt: skip
+
+    found = vi.frequency_response(
+        vi.Family(before_a_stop, omega=6.1), "omega", (6.0, 6.2), measure=vi.measures.Harmonic("x1", harmonic=1.0),
+        points=2, starts=0, start=vi.State((-1.0,), (0.0,)), settle_periods=1000, most_branches=2, progress=False,
+    )  # fmt: skip
+    assert [curve.symbol for curve in found.curves if curve.branch] == ["3-1-0"]
+    assert not found.unexplained
+    for omega, (answer,) in zip((6.0, 6.2), found.answers, strict=True):
+        assert answer.motion == "3-1-0"
+        span, n = 6.0 * math.pi / omega, 6000
+        t = span * np.arange(n) / n
+        run = vi.simulate(before_a_stop(omega), answer.state, t_max=span)
+        x = run.at(t)[0][:, 0]
+        # the rule of rectangles: its error is below (span / n)^2 of the largest velocity over span, 2e-7
+        expected = abs(2.0 * np.mean(x * np.exp(-1j * omega * t)))
+        assert answer.value == pytest.approx(expected, abs=1e-6)

@@ -5,8 +5,8 @@ Method      Members of :func:`~vibroimpact.sweep` at every value of a parameter:
             answer where their motions have the same kind and the same ranges of all coordinates,
             within SAME_PERIODIC_OF_RANGE of the largest for periodic motions, within
             SAME_IRREGULAR_OF_RANGE for others, whose ranges in a window scatter; mirror images are one answer.
-Accuracy    of measured numbers, that of the members; extremes of motions that are not periodic grow
-            with the length of the window
+Accuracy    of measured numbers, that of the members, where a window is not whole periods of a periodic motion that of
+            a run over its period; extremes of motions that are not periodic grow with the length of the window
 Fails       attractors with small basins are missed; slow transients are answers of their own
 """
 
@@ -33,6 +33,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.stability import Stability, in_words
 from vibroimpact.results.result import words_of_codes
 from vibroimpact.simulation.places import AtPhase
+from vibroimpact.simulation.simulate import simulate
 from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 from vibroimpact.sweeps.analyses.motion_codes import BELOW, motions
 from vibroimpact.sweeps.observers.extremes import Extremes
@@ -238,7 +239,7 @@ class Simulation:
 
     def _answer(self, value: float, group: list[_Row]) -> Answer:
         first = group[0]
-        measured, rms, peak = (*first.numbers, math.nan, math.nan)[:3]
+        measured, rms, peak = (*self._numbers(value, first), math.nan, math.nan)[:3]
         ways = tuple(dict.fromkeys(row.way for row in group))
         stability, attracting = Stability.STABLE, True
         if first.motion == SILENT:
@@ -249,6 +250,18 @@ class Simulation:
             value, measured, first.motion, stability, attracting, rms=rms, peak=peak, members=len(group), ways=ways,
             state=first.state,
         )  # fmt: skip
+
+    def _numbers(self, value: float, row: _Row) -> list[float]:
+        """The measures of a motion: over its own period where the window is not a multiple of that."""
+        if row.motion in WORDS_WITHOUT_SYMBOL:
+            return row.numbers
+        cycles = int(row.motion.partition("-")[0])
+        if self.periods % cycles == 0.0:
+            return row.numbers
+        system = with_parameter(self.system, self.parameter, value)
+        span = cycles * 2.0 * math.pi / mechanism_of(system).omega
+        run = simulate(system, row.state, t_max=span, impacts=2**40)
+        return [measure.of_run(run, span) for measure in self.measures]
 
 
 class _Row(NamedTuple):
