@@ -233,6 +233,38 @@ def test_an_interruption_keeps_what_was_computed():
     assert located(curve, "f") == pytest.approx([0.2], abs=LOCATED)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_panels_do_not_shrink_where_only_rounding_moves_the_parameter(seed):
+    """Along a curve at one p dp/ds is noise at every node, at some of which it comes out the same once more."""
+    mix = np.random.default_rng(seed).normal(size=(4, 4))
+
+    def equations(z, p):
+        plain = [
+            z[0] ** 2 + z[1] ** 2 - 1.0,
+            z[1] * z[2] - 0.3 * z[0],
+            p - 0.3,
+            z[3] - math.exp(z[0]) * p,
+        ]
+        return mix @ plain
+
+    def derivatives(z, p):
+        e = math.exp(z[0])
+        rows = [[2.0 * z[0], 2.0 * z[1], 0.0, 0.0, 0.0], [-0.3, z[2], z[1], 0.0, 0.0],
+                [0.0, 0.0, 0.0, 0.0, 1.0], [-e * p, 0.0, 0.0, 1.0, -e]]  # fmt: skip
+        mixed = mix @ rows
+        return mixed[:, :-1], mixed[:, -1]
+
+    start = np.array(
+        [math.cos(0.8), math.sin(0.8), 0.3 / math.tan(0.8), 0.3 * math.exp(math.cos(0.8))]
+    )
+    curve = continue_curve(
+        Given(equations, derivatives, (1.0,) * 5), start, 0.3, (0.0, 1.0),
+        tangent=np.array([-1.0, 1.0, -1.0, -1.0, 0.0]), steps=Steps(points=60),
+    )  # fmt: skip
+    assert not curve.unresolved
+    assert np.ptp(curve.arclength) > 1.0
+
+
 def test_progress_is_told_after_every_panel():
     told: list[tuple[int, float]] = []
     curve = continue_curve(

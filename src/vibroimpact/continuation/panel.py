@@ -4,8 +4,8 @@ Method      from a node y_0 with unit tangent t_0 the points F(y_j) = 0, <t_0, y
             the K + 1 Chebyshev points s_j of [0, h]; guesses by Hermite extrapolation (1) of the
             nodes before
             a panel is resolved when the tail of the expansion of y(s) is below tolerance h and
-            that of every test function below tolerance times its largest value; for dp/ds rounding
-            is allowed, too, as it is at the node nearest to a branch point                   (2)
+            that of every test function below tolerance times its largest value; for dp/ds
+            rounding is allowed, too                                                          (2)
             built-in test functions, both analytic along the curve:
             SN  dp/ds       BP  det [J; t_0]                                                     (3)
             next length: h (safety / (tail / allowed))^(1/K)                                     (4)
@@ -205,8 +205,7 @@ def _with_tests(
     }
     demands = {name: _demand(f, standard.tolerance) for name, f in tests.items()}
     if demands[FOLD] > 1.0:
-        worst = int(np.argmin(np.abs(tests[BRANCH_POINT].values)))
-        noise = _noise(problem, traced.nodes[worst], row)
+        noise = max(_noise(problem, node, row) for node in traced.nodes)
         demands[FOLD] = _demand(tests[FOLD], standard.tolerance, noise)
     short = {name for name, d in demands.items() if d > 1.0} - standard.excused
     if short:

@@ -183,7 +183,8 @@ def _polished(sampler: Sampler, name: str, a: float, b: float) -> LocatedZero | 
     if not np.isfinite(s):
         low, high = _narrowed(true, f, a, b)
         s = low if true(low) == 0.0 else brent(true, low, high)
-        rate = abs(true(high) - true(low)) / (high - low)
+        # an end of both signs, by the expansion and by f itself, is noise: no rate is known there
+        rate = abs(true(high) - true(low)) / (high - low) if high > low else 0.0
     if not np.isfinite(s):
         sampler.panel.unresolved.setdefault(name, NOT_FINITE)
     at_a, at_b = (true(x) if name in sampler.panel.unresolved else float(f.at(x)) for x in (a, b))
