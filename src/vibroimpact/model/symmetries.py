@@ -21,6 +21,7 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -147,6 +148,7 @@ def symmetries(system: System) -> tuple[Symmetry, ...]:
     return symmetries_of(mechanism_of(system))
 
 
+@lru_cache(maxsize=64)
 def symmetries_of(m: Mechanism) -> tuple[Symmetry, ...]:
     """Symmetries of a mechanism."""
     if any(e.mirrored is None for e in m.elements):
