@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibroimpact._core.types import Flags, Floats, Integers
+from vibroimpact._core.types import Floats, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,14 +33,6 @@ class Windows:
         segment = np.repeat(np.arange(len(counts)), counts)
         start = (np.arange(len(segment)) - first[segment]) * length
         return cls(length, durations, segment, start, first, after - 1)
-
-    def only(self, kept: Flags) -> Windows:
-        """Some of the windows; segments keep their numbers."""
-        number = np.cumsum(kept) - 1
-        return replace(
-            self, segment=self.segment[kept], start=self.start[kept],
-            first=number[self.first], last=number[self.last],
-        )  # fmt: skip
 
     @property
     def counts(self) -> Integers:

@@ -34,21 +34,22 @@ def symmetries_tried(system: System, cycles: int) -> tuple[Symmetry, ...]:
     found = symmetries_of(m) if m.forces else ()
     halves = [k for k in range(1, cycles + 1, 2) if not asymmetry_without_elements(m, k)]
     if halves and not any(symmetry.is_mirror for symmetry in found):
-        signs = (tuple(-(i + 1) for i in range(count)) for count in (m.degrees, len(m.elements)))
-        return (*found, Symmetry(next(signs), (0.0,) * m.degrees, next(signs), math.pi * halves[0]))
+        coordinates, elements = (
+            tuple(-(i + 1) for i in range(count)) for count in (m.degrees, len(m.elements))
+        )
+        mirror = Symmetry(coordinates, (0.0,) * m.degrees, elements, math.pi * halves[0])
+        return (*found, mirror)
     return found
 
 
 def image_of(orbit: Orbit, symmetry: Symmetry) -> Orbit | None:
     """Image of an orbit, solved once more."""
-    states = symmetry.image(orbit.states, symmetry.turn)
+    whole = unfolded(orbit)
+    states = symmetry.image(whole.states, symmetry.turn)
     if orbit.signature.flights:
         return _image_by_motion(orbit, states[:1])
-    if orbit.symmetric:
-        states = symmetry.image(unfolded(orbit).states, symmetry.turn)
     signature = replace(orbit.signature.image(symmetry), symmetric=False, exchange=())
-    durations = unfolded(orbit).durations
-    found = primitive(solve(orbit.system, signature, Guess(states, durations)))
+    found = primitive(solve(orbit.system, signature, Guess(states, whole.durations)))
     return found if found.converged else None
 
 
@@ -62,8 +63,7 @@ def _image_by_motion(orbit: Orbit, start_of_image: Floats) -> Orbit | None:
     loop = closing_loop(run, None, orbit.signature.cycles)
     if isinstance(loop, str):
         return None
-    signature = loop.signature
-    found = solve(orbit.system, signature, Guess(loop.states, loop.durations))
+    found = solve(orbit.system, loop.signature, Guess(loop.states, loop.durations))
     if not found.converged:
         return None
     sizes = np.abs(orbit.states[:, :-1]).max(axis=0)
