@@ -31,14 +31,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from vibroimpact._core import linear
-from vibroimpact._core.chebyshev import fitted
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
-from vibroimpact.compile.modes import digit_in_code
 from vibroimpact.compile.piecewise import states_from_code
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
@@ -363,24 +360,18 @@ class OrbitFamily(OrbitProblem):
         ]
         if not plastic:
             return {}
-        states, durations = self.unpacked(z)
-        n = self.degrees
-        w, values = compiled.flights(states, durations, self.modes)
+        states, _ = self.unpacked(z)
         found = {}
         for k in plastic:
             contact, side = begun[k]
-            if digit_in_code(self.modes[k], contact):
-                force = next(
-                    guard
-                    for guard in compiled.modes[self.modes[k]].guards
-                    if (guard.contact, guard.watch) == (contact, FORCE_WATCH)
-                )
-                y = compiled.embedded(states[k, :-1], states[k, -1])
-                found[f"{STICK} {k}"] = float(force.row @ y + force.gain - force.lower)
-                continue
-            rate = values[w.first[k], :, n:] @ np.array(contacts[contact].row)
-            slope = chebyshev.chebval(-1.0, chebyshev.chebder(fitted(rate))) * 2.0 / w.length
-            found[f"{STICK} {k}"] = -side * float(slope)
+            mode = compiled.modes[self.modes[k]]
+            y = compiled.embedded(states[k, :-1], states[k, -1])
+            guard = next(guard for guard in mode.guards if guard.contact == contact)
+            if guard.watch == FORCE_WATCH:
+                found[f"{STICK} {k}"] = float(guard.row @ y + guard.gain - guard.lower)
+            else:
+                slope = guard.row @ mode.b @ (mode.b @ y + mode.constant)
+                found[f"{STICK} {k}"] = -side * float(slope)
         return found
 
     def _reversing(self, z: Floats, p: Value) -> dict[str, float]:
