@@ -45,7 +45,7 @@ from vibroimpact.branches.family import (
 from vibroimpact.branches.kinds import Function
 from vibroimpact.branches.touch import Place
 from vibroimpact.compile.modes import code_of, digit_in_code
-from vibroimpact.compile.piecewise import states_from_code
+from vibroimpact.compile.piecewise import state_in
 from vibroimpact.compile.prescribed import FORCE_WATCH, End, Prescribed, compile_prescribed
 from vibroimpact.continuation.newton import equilibrated
 from vibroimpact.orbits.admissibility import Nearest
@@ -336,12 +336,9 @@ def sticking(plane: OrbitPlane, segment: int) -> Condition:
         force = End(stop.contact, -1, closed, FORCE_WATCH)
         return JustAfter(plane, segment, [force], own, rate=False)
     compiled = compile_prescribed(plane.system, "", (mode,))
-    contacts, count = len(m.rigid_stops), len(m.switching)
-    before, after = (
-        states_from_code(flight.mode, contacts, count)[stop.contact - contacts]
-        for flight in (plane.signature.flights[segment - 1], plane.signature.flights[segment])
-    )
-    if after == m.switching[stop.contact - contacts].holding:
+    flights = plane.signature.flights
+    before, after = (state_in(m, flights[k].mode, stop.contact) for k in (segment - 1, segment))
+    if after == m.elements[stop.contact].holding:
         limit, *_ = far_limit(compiled, mode, stop.contact, before)
         return JustAfter(plane, segment, [limit], own, rate=False)
     slip = next(end for end in compiled.ends if end.contact == stop.contact)

@@ -36,7 +36,7 @@ from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.coordinates import STEP_ANGLE
-from vibroimpact.compile.piecewise import states_from_code
+from vibroimpact.compile.piecewise import state_in
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
@@ -383,7 +383,7 @@ class OrbitFamily(OrbitProblem):
             if number < rigid:
                 continue
             modes = flights[k - 1].mode, flights[k].mode
-            before, after = (states_from_code(c, rigid, number - rigid + 1)[-1] for c in modes)
+            before, after = (state_in(m, code, number) for code in modes)
             element = m.elements[number]
             y = compiled.embedded(states[k, :-1], states[k, -1])
             if before in element.slipping and after == element.holding and one_level(m, number):
@@ -412,8 +412,7 @@ def rests_of(m: Mechanism, signature: Signature) -> dict[int, str]:
         if end.contact < rigid:
             rests = end.watch == FORCE_WATCH
         else:
-            states = states_from_code(end.mode, rigid, len(m.switching))
-            rests = states[end.contact - rigid] == m.switching[end.contact - rigid].holding
+            rests = state_in(m, end.mode, end.contact) == m.elements[end.contact].holding
         if rests:
             found[k] = CHATTER if begun == CHATTER_WATCH else REST
     return found

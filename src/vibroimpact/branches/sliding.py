@@ -19,11 +19,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import REST, SPEED, STICK, rests_of
 from vibroimpact.branches.kinds import ADDING, CROSSING, SLIDING_TOUCH, SWITCHING
 from vibroimpact.compile.modes import digit_in_code
-from vibroimpact.compile.piecewise import states_from_code
-from vibroimpact.compile.prescribed import FORCE_WATCH, GAP_WATCH
+from vibroimpact.compile.piecewise import state_in
+from vibroimpact.compile.prescribed import FORCE_WATCH, GAP_WATCH, Numbers
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.normal_forms.kind import PointKind
 from vibroimpact.orbits.admissibility import Nearest
@@ -53,7 +54,7 @@ def _at_touch(orbit: Orbit, near: Nearest) -> PointKind | None:
         return ADDING if rests else None
     if not one_level(m, near.contact):
         return None
-    element = m.switching[near.contact - len(m.rigid_stops)]
+    element = m.elements[near.contact]
     state = _state(orbit, near.segment, near.contact)
     if state == element.holding:
         return ADDING
@@ -64,7 +65,7 @@ def _at_touch(orbit: Orbit, near: Nearest) -> PointKind | None:
 def _of_friction(orbit: Orbit, word: str, k: int) -> PointKind | None:
     """(1) to (3) at the start of flight k, or where it takes no time."""
     m, number = orbit.mechanism, orbit.signature.impacts[k].contact
-    element = m.switching[number - len(m.rigid_stops)]
+    element = m.elements[number]
     before, here, after = (_state(orbit, i, number) for i in (k - 1, k, k + 1))
     if word == STICK:
         return _by_rate(here == element.holding, _rate_of_slip(orbit, k, before, here))
@@ -90,29 +91,31 @@ def _by_rate(holds: bool, rate: float) -> PointKind:
 
 def _rate_of_slip(orbit: Orbit, k: int, before: int, here: int) -> float:
     """Rate of s at the start of flight k, or of the margin to s = 0 where friction sticks in it."""
-    compiled, mode = orbit.problem.own, orbit.problem.modes[k]
     number, side = orbit.signature.impacts[k]
-    numbers = compiled.modes[mode]
-    y = compiled.embedded(orbit.states[k, :-1], orbit.states[k, -1])
-    moved = numbers.b @ y + numbers.constant
-    if here == orbit.mechanism.switching[number - len(orbit.mechanism.rigid_stops)].holding:
-        _, row, _ = far_limit(compiled, mode, number, before)
+    mode, moved = _at_start(orbit, k)
+    if here == orbit.mechanism.elements[number].holding:
+        _, row, _ = far_limit(orbit.problem.own, orbit.problem.modes[k], number, before)
         return float(row @ moved)
-    slip = next(guard for guard in numbers.guards if guard.contact == number)
-    return side * float(slip.row @ numbers.b @ moved)
+    slip = next(guard for guard in mode.guards if guard.contact == number)
+    return side * float(slip.row @ mode.b @ moved)
 
 
 def _rate_of_gap(orbit: Orbit, k: int) -> float:
     """Rate of the acceleration of a gap at the start of flight k, or of the force on a stop that is closed."""
-    compiled, mode = orbit.problem.own, orbit.problem.modes[k]
     number, side = orbit.signature.impacts[k]
-    numbers = compiled.modes[mode]
-    y = compiled.embedded(orbit.states[k, :-1], orbit.states[k, -1])
-    moved = numbers.b @ y + numbers.constant
-    guard = next(g for g in numbers.guards if g.contact == number)
+    mode, moved = _at_start(orbit, k)
+    guard = next(guard for guard in mode.guards if guard.contact == number)
     if guard.watch == FORCE_WATCH:
         return float(guard.row @ moved)
-    return -side * float(guard.row @ numbers.b @ numbers.b @ moved)
+    return -side * float(guard.row @ mode.b @ mode.b @ moved)
+
+
+def _at_start(orbit: Orbit, k: int) -> tuple[Numbers, Floats]:
+    """The mode of flight k, and y' at its start."""
+    compiled = orbit.problem.own
+    mode = compiled.modes[orbit.problem.modes[k]]
+    y = compiled.embedded(orbit.states[k, :-1], orbit.states[k, -1])
+    return mode, mode.b @ y + mode.constant
 
 
 def _takes_no_time(orbit: Orbit, k: int) -> bool:
@@ -128,7 +131,5 @@ def _is_plastic(m: Mechanism, contact: int) -> bool:
 
 def _state(orbit: Orbit, k: int, contact: int) -> int:
     """State of an element in flight k, counted around the orbit."""
-    m, flights = orbit.mechanism, orbit.signature.flights
-    contacts = len(m.rigid_stops)
-    states = states_from_code(flights[k % len(flights)].mode, contacts, len(m.switching))
-    return states[contact - contacts]
+    flights = orbit.signature.flights
+    return state_in(orbit.mechanism, flights[k % len(flights)].mode, contact)

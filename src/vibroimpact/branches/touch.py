@@ -30,7 +30,7 @@ import numpy as np
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.branches.grazing import belongs_to_impact
 from vibroimpact.branches.point import TOUCH_RELATIVE, BifurcationPoint
-from vibroimpact.compile.piecewise import states_from_code
+from vibroimpact.compile.piecewise import state_in
 from vibroimpact.compile.prescribed import GAP_WATCH, End, Prescribed
 from vibroimpact.model.mechanism import Mechanism, accelerations
 from vibroimpact.model.stop import Stop
@@ -201,9 +201,7 @@ def why_no_law(m: Mechanism, end: End) -> str:
         return "what is touched is no stop: of friction and switches no normal form is known here"
     if any(element.row[i] for i in m.massless):
         return "the stop is touched by a coordinate without mass"
-    rigid = len(m.rigid_stops)
-    states = states_from_code(end.mode, rigid, len(m.switching))
-    inside = end.contact >= rigid and states[end.contact - rigid]  # open is 0
+    inside = not element.rigid and state_in(m, end.mode, end.contact)  # open is 0
     return "the soft stop is touched from within" if inside else ""
 
 

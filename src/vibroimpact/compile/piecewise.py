@@ -107,6 +107,12 @@ def states_from_code(code: int, contacts: int, elements: int) -> tuple[int, ...]
     return tuple(code // STATES_PER_ELEMENT**i % STATES_PER_ELEMENT for i in range(elements))
 
 
+def state_in(m: Mechanism, code: int, contact: int) -> int:
+    """State of an element, no rigid stop, in a mode of this code."""
+    contacts = len(m.rigid_stops)
+    return states_from_code(code, contacts, len(m.switching))[contact - contacts]
+
+
 class Light(NamedTuple):
     """Coordinates without mass in one mode."""
 

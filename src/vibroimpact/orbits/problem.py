@@ -39,7 +39,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Count, Flags, Floats
 from vibroimpact.compile.along import Along
 from vibroimpact.compile.modes import closed_from_code
-from vibroimpact.compile.piecewise import held_in, states_from_code
+from vibroimpact.compile.piecewise import held_in, state_in
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
@@ -279,10 +279,7 @@ def impacting(m: Mechanism, signature: Signature) -> list[bool]:
         if number < contacts:
             out.append(begun[k] == GAP_WATCH)
             continue
-        before, after = (
-            states_from_code(flights[i].mode, contacts, len(m.switching))[number - contacts]
-            for i in (k - 1, k)
-        )
+        before, after = (state_in(m, flights[i].mode, number) for i in (k - 1, k))
         out.append(m.elements[number].is_met(before, after))
     return out
 

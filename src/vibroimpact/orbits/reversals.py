@@ -15,7 +15,7 @@ import numpy as np
 
 from vibroimpact._core.scalars import is_infinite
 from vibroimpact._core.types import Floats
-from vibroimpact.compile.piecewise import code_of_states, states_from_code
+from vibroimpact.compile.piecewise import code_of_states, state_in, states_from_code
 from vibroimpact.compile.prescribed import End, Prescribed, compile_prescribed
 from vibroimpact.model.elements.friction import FrictionState
 from vibroimpact.model.friction_lines import friction_lines
@@ -30,17 +30,14 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
     ``states`` (m, 2n + 1) begin the flights that have these ends.
     """
     m = mechanism_of(system)
-    contacts, count = len(m.rigid_stops), len(m.switching)
     for k, end in enumerate(ends):
-        number, following = end.contact - contacts, (k + 1) % len(ends)
-        if number < 0:
-            continue
-        before, after = (
-            states_from_code(mode, contacts, count) for mode in (end.mode, ends[following].mode)
-        )
-        if {before[number], after[number]} != m.switching[number].slipping:
-            continue
+        following = (k + 1) % len(ends)
         mode = ends[following].mode
+        if end.contact < len(m.rigid_stops):
+            continue
+        both = {state_in(m, code, end.contact) for code in (end.mode, mode)}
+        if both != m.elements[end.contact].slipping:
+            continue
         beyond = beyond_static(system, mode, end.contact, states[following], LIMIT_OF_AMPLITUDE)
         if beyond is not None and beyond < 0.0:
             return f"friction {end.contact} would stick at the end of flight {k}, where it reverses"
