@@ -145,7 +145,8 @@ def compute(plan: Plan, workers: Workers) -> Findings:
     points = workers.map("bifurcations", partial(_bifurcations, plan), sets.values())
     ways = workers.map("following attractors", partial(_follow, plan, chosen), sets.values())
     followed = dict(zip(sets, ways, strict=True))
-    results = workers.map("panels", partial(_panel, plan, followed), chosen)
+    beside = [(panel, followed[panel.set]) for panel in chosen]
+    results = workers.map("panels", partial(_panel, plan), beside)
     bifurcated = dict(zip(sets, points, strict=True))
     critical = [c for name, found in bifurcated.items() for c in critical_points(name, found)]
     circles = workers.map("circles", partial(measure, plan=plan), critical)
@@ -165,9 +166,8 @@ def compute(plan: Plan, workers: Workers) -> Findings:
         if name in resonances and (point := resonances[name].named(kind, omega))
     ]
     unfoldings = workers.map("portraits around resonances", _unfolded, chosen_points)
-    spectra = workers.map(
-        "Lyapunov spectra", partial(_spectrum, plan, followed, bifurcated), strong
-    )
+    routes = [(one, followed[one.name], bifurcated[one.name]) for one in strong]
+    spectra = workers.map("Lyapunov spectra", partial(_spectrum, plan), routes)
     families = {one.set: one for one in followed_circles if one}
     folds = {
         m.point.name: fold
@@ -199,8 +199,9 @@ def _follow(plan: Plan, chosen: list[Panel], one: ParameterSet) -> Followed:
     return follow_both_ways(one, plan, omegas)
 
 
-def _panel(plan: Plan, followed: Mapping[str, Followed], panel: Panel) -> PanelResult:
-    return panel_result(parameter_sets()[panel.set], panel, followed[panel.set], plan)
+def _panel(plan: Plan, beside: tuple[Panel, Followed]) -> PanelResult:
+    panel, followed = beside
+    return panel_result(parameter_sets()[panel.set], panel, followed, plan)
 
 
 def _unfolded(pair: tuple[ParameterSet, BifurcationPoint]) -> Unfolded:
@@ -208,11 +209,11 @@ def _unfolded(pair: tuple[ParameterSet, BifurcationPoint]) -> Unfolded:
 
 
 def _spectrum(
-    plan: Plan, followed: Mapping[str, Followed], bifurcated: Mapping[str, tuple[Bifurcation, ...]],
-    one: ParameterSet,
-) -> xr.Dataset:  # fmt: skip
-    begin = [p.omega for p in bifurcated[one.name] if p.kind == "NS" and p.admissible]
-    return spectrum_data(one, followed[one.name], max(begin), plan)
+    plan: Plan, route: tuple[ParameterSet, Followed, tuple[Bifurcation, ...]]
+) -> xr.Dataset:
+    one, followed, bifurcations = route
+    begin = [p.omega for p in bifurcations if p.kind == "NS" and p.admissible]
+    return spectrum_data(one, followed, max(begin), plan)
 
 
 def _ensembles(
