@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import vibroimpact as vi
 from vibroimpact.cli import main as cli
 from vibroimpact.machines.json_text import system_of, text_of
 from vibroimpact.machines.units import units_of
+from vibroimpact.model.elements.table import KINDS
 from vibroimpact.model.system import System
 
 pytestmark = pytest.mark.usefixtures("own_folder")
@@ -30,6 +32,42 @@ HAMMER = vi.Mechanism(
     si=True,
 )
 START = vi.State((0.0, 0.001), (0.0, 0.5), 0.25)
+
+
+def alone(*elements: vi.Element) -> vi.Mechanism:
+    return vi.Mechanism(
+        mass=[[1.0]],
+        damping=[[0.1]],
+        stiffness=[[1.0]],
+        forces=(vi.Harmonic(1.0, (1.0,)),),
+        elements=elements,
+    )
+
+
+LINE = vi.Harmonic(1.0, (0.0,), (0.5,))
+ELEMENTS = {
+    "rigid_stop": (
+        alone(vi.RigidStop((1.0,), upper=1.0)),
+        alone(vi.RigidStop((1.0,), lower=-1.0, restitution=(0.2, 0.0), motion=LINE, active=True)),
+    ),
+    "soft_stop": (
+        alone(vi.SoftStop((1.0,), lower=-1.0)),
+        alone(vi.SoftStop((1.0,), -1.0, 1.0, (2.0, 3.0), (0.0, 0.1), law="limited", motion=(LINE,))),
+    ),
+    "friction": (
+        alone(vi.Friction((1.0,), 0.5)),
+        alone(vi.Friction((1.0,), 0.5, 0.7, 0.3, load=vi.NormalLoad(1.0))),
+        alone(vi.Friction((1.0,), 0.5, motion=LINE, load=vi.NormalLoad(0.0, (1.0,), (0.5,), LINE))),
+    ),
+    "phase_switch": (
+        alone(vi.PhaseSwitch(1.0, (0.0, 3.0), row=(1.0,), stiffness=(0.0, 1.0))),
+        alone(vi.PhaseSwitch(1.0, (0.0,), impulses=((0.5,),))),
+        alone(vi.PhaseSwitch(1.0, (0.0, 3.0), ((0.1,), (0.0,)), row=(1.0,), damping=(0.2, 0.1))),
+    ),
+    "mode_switch": (
+        vi.HybridSystem({"one": vi.LinearMode([[-1.0]])}, {}, ()).mechanism,
+    ),
+}  # fmt: skip
 
 
 def hammer(omega: float = 60.0) -> vi.Mechanism:
@@ -55,10 +93,55 @@ def test_a_machine_and_its_start_come_back_from_a_file(machine: System) -> None:
     assert system_of(text_of(read)).si == machine.si  # type: ignore[union-attr]
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_field_of_an_element_comes_back_from_a_file(kind: str) -> None:
+    """Elements with as many fields as they can have, and with as few: each of them false or empty where it may be."""
+    for machine in ELEMENTS[kind]:
+        Path("m.toml").write_text(machine.to_toml(), encoding="utf-8")
+        read = vi.load_machine("m.toml")
+        assert read == machine
+        assert system_of(text_of(machine)) == machine
+
+
 def test_a_family_is_written_as_its_mechanism() -> None:
     Path("m.toml").write_text(vi.Family(hammer).to_toml(), encoding="utf-8")
     assert vi.load_machine("m.toml") == hammer()
     assert vi.load_start("m.toml") is None
+
+
+def ball(restitution: float = 0.5) -> vi.HybridSystem:
+    return vi.HybridSystem(
+        modes={"flight": vi.LinearMode([[0.0, 1.0], [0.0, 0.0]], constant=(0.0, -1.0))},
+        guards={"floor": vi.LinearGuard((1.0, 0.0))},
+        transitions=(
+            vi.Transition("flight", "floor", "falling", "flight", [[1.0, 0.0], [0.0, -restitution]]),
+        ),
+    )  # fmt: skip
+
+
+def test_a_family_of_hybrid_systems_is_written_as_its_mechanism() -> None:
+    Path("m.toml").write_text(vi.Family(ball).to_toml(), encoding="utf-8")
+    read, start = vi.load_machine("m.toml"), vi.State((0.5, 0.0), (0.0, 0.0))
+    assert read == ball().mechanism
+    np.testing.assert_array_equal(
+        vi.simulate(read, start, t_max=2.5).time, vi.simulate(ball(), start, t_max=2.5).time
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("to = 0", "to = 1", r"ways\[0\].to = 1: must be at most 0"),
+        ("matrix = [[1.0, 0.0], ", "matrix = [", r"ways\[0\].matrix = .*: must be of shape \(2, 2\)"),
+        ("constants = [[0.0, -1.0]]", "constants = []", "constants = .*: must be one for each of 1 modes"),
+    ],
+)  # fmt: skip
+def test_modes_of_a_file_that_do_not_fit_are_refused(old: str, new: str, words: str) -> None:
+    text = vi.Family(ball).to_toml()
+    assert old in text
+    Path("m.toml").write_text(text.replace(old, new), encoding="utf-8")
+    with pytest.raises(vi.InvalidParameterError, match=words):
+        vi.load_machine("m.toml")
 
 
 def test_values_are_replaced_by_name_and_by_path() -> None:

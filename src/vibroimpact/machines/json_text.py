@@ -35,13 +35,13 @@ def _numbers(system: System) -> dict[str, Any]:
         "stiffness": system.stiffness,
         "constant_force": system.constant_force,
         "forces": [asdict(line) for line in system.forces],
-        "elements": [stored(e) for e in system.elements],
+        "elements": [_stored(e) for e in system.elements],
         **({"impact_law": system.impact_law} if system.impact_law != MOREAU else {}),
         **({"si": True} if system.si else {}),
     }
 
 
-def stored(element: Element) -> dict[str, Any]:
+def _stored(element: Element) -> dict[str, Any]:
     """Kind and fields of an element, but for stops at infinity, which JSON has not, and motions of none."""
     return {"kind": element.kind} | {
         name: value

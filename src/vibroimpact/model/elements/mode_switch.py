@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, NoReturn
 
-from vibroimpact._core.checks import positive, real, refusal, vector
+from vibroimpact._core.checks import check_count, positive, real, refusal, vector
 from vibroimpact._core.codes import NamedCode
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.model.elements.element import Element, Look, numbered_looks
@@ -82,15 +82,32 @@ class ModeSwitch(Element):
     omegas: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "names", tuple(self.names))
         object.__setattr__(self, "omegas", tuple(positive("omegas", w) for w in self.omegas))
         if not 1 <= len(self.names) <= MOST_MODES:
             raise refusal("modes", self.names, f"1 to {MOST_MODES} modes")
+        if len(self.constants) != len(self.names):
+            raise refusal("constants", self.constants, f"one for each of {len(self.names)} modes")
         n, count = len(self.constants[0]), 2 * len(self.omegas)
         self._set_modes(n, count)
-        for k, way in enumerate(self.ways):
-            real(f"ways[{k}].level", way.level)
-            vector(f"ways[{k}].row", way.row, n)
-            vector(f"ways[{k}].waves", way.waves, count)
+        ways = tuple(self._way(f"ways[{k}]", way, n, count) for k, way in enumerate(self.ways))
+        object.__setattr__(self, "ways", ways)
+
+    def _way(self, name: str, way: Way, n: int, count: int) -> Way:
+        """A way with its numbers as tuples, or raise naming those that do not fit."""
+        for end in ("mode", "to"):
+            check_count(f"{name}.{end}", getattr(way, end), 0, len(self.names) - 1)
+        reset = bool(way.matrix or way.shift)
+        if reset and len(way.matrix) != n:
+            raise refusal(f"{name}.matrix", way.matrix, f"of shape ({n}, {n})")
+        return replace(
+            way,
+            row=vector(f"{name}.row", way.row, n),
+            waves=vector(f"{name}.waves", way.waves, count),
+            level=real(f"{name}.level", way.level),
+            matrix=tuple(vector(f"{name}.matrix", row, n) for row in way.matrix),
+            shift=vector(f"{name}.shift", way.shift, n) if reset else (),
+        )
 
     def _set_modes(self, n: int, count: int) -> None:
         """Take the numbers of all modes as tuples, or raise naming those that do not fit."""
