@@ -19,6 +19,7 @@ from vibroimpact.response import compare
 from vibroimpact.response.answers import Answer
 from vibroimpact.response.band import band_of
 from vibroimpact.response.compare import comparison
+from vibroimpact.response.curves import curve_of_branch
 
 BAND = (1.1, 1.7)
 OSCILLATOR = vi.ImpactOscillator(zeta=0.05, omega=1.0, restitution=0.7, clearance=1.5)
@@ -57,6 +58,54 @@ def amplitude(omega: float) -> float:
 
 
 # ---- branches ------------------------------------------------------------------------------------
+
+
+def pressed(k: float, w: float) -> vi.Mechanism:
+    """Two coupled masses, the first of which meets a rigid and a soft stop."""
+    return vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.5]], damping=[[0.1, -0.02], [-0.02, 0.1]], stiffness=[[k, -0.3], [-0.3, 0.8]],
+        forces=(vi.Harmonic(w, (1.0, 0.1)),),
+        elements=(
+            vi.RigidStop((1.0, 0.0), lower=-0.6, restitution=0.7),
+            vi.SoftStop((1.0, -0.5), upper=0.3, stiffness=20.0, damping=0.5),
+        ),
+    )  # fmt: skip
+
+
+CHATTERS = vi.Mechanism(
+    mass=[[1.0, 0.0], [0.0, 0.7]], damping=[[0.3, -0.1], [-0.1, 0.2]], stiffness=[[0.5, -0.4], [-0.4, 1.0]],
+    constant_force=(-1.0, -0.2), forces=(vi.Harmonic(0.5, (1.6, 0.3)),),
+    elements=(vi.RigidStop((1.0, 0.0), lower=0.0, restitution=0.4),),
+)  # fmt: skip
+DAMPER = vi.ImpactDamper(
+    mass_ratio=0.1, omega_n=0.5, zeta=0.045, restitution=0.8, half_clearance=5.0, omega=1.2
+)
+
+
+@pytest.mark.parametrize(
+    ("system", "name", "bounds"),
+    [(vi.Family(pressed, k=1.0, w=0.8), "w", (0.8, 0.81)), (DAMPER, "omega", (1.2, 1.21)),
+     (CHATTERS, "omega", (0.5, 0.5001))],
+    ids=["stops", "damper", "chatter"],
+)  # fmt: skip
+def test_orbits_of_a_branch_measured_together_are_those_measured_one_by_one(
+    system: Any, name: str, bounds: tuple[float, float]
+) -> None:
+    """Of one orbit the derivative is from a linear system of its own, of a branch from the tangent."""
+    start = vi.State((0.0, 0.0), (0.0, 0.5))
+    orbit = vi.find_orbit(system, vi.simulate(system, start, impacts=1500))
+    branch = vi.continue_orbit(orbit, name, bounds, steps=vi.Steps(points=8), progress=False)
+    for measure in (
+        "x1", "a1 - a2", "peak x2 - x1", "rms v1", "harmonic 3 x1", "transmissibility x1", "power",
+        "power of dashpots", "contact force 0", "impulse", "impact speed", "impact rate",
+    ):  # fmt: skip
+        measured = vi.measure_of(system, measure)
+        curve = curve_of_branch(branch, measured)
+        for k in (0, len(branch) - 1):
+            at = int(np.argmin(np.abs(curve.parameter - branch.values[k])))
+            alone = measured.along(branch.orbit(k), name)
+            found = curve.value[at], curve.derivative[at]
+            assert found == pytest.approx(alone, rel=1e-10, abs=1e-10), measure
 
 
 @pytest.mark.slow

@@ -9,12 +9,24 @@ Accuracy    the bits of the whole compilation
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.linear import Vector
+from vibroimpact._core.types import Floats
 from vibroimpact._kernel import Recording
-from vibroimpact.compile.prescribed import Compilation, Layout, Prescribed, compile_prescribed
-from vibroimpact.model.parameters import changed, with_parameters
+from vibroimpact.compile.prescribed import (
+    Compilation,
+    Layout,
+    Prescribed,
+    compile_prescribed,
+    with_derivatives,
+)
+from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.model.parameters import changed, expanded, with_parameter, with_parameters
 from vibroimpact.model.system import System, mechanism_of
 
 KEPT_RECORDINGS = 4  # of the latest stretches on which comparisons have the same outcomes
@@ -89,3 +101,57 @@ class Along:
         ):  # code of a user's that takes floats and jets only
             return
         self._known = [_Recorded(made.layout, recording), *self._known[: KEPT_RECORDINGS - 1]]
+
+
+def numbers_along(
+    system: System, name: str, values: Sequence[float], make: Callable[[Mechanism], Vector]
+) -> Floats:
+    """Numbers that are made of a system at values of a parameter, and their derivatives by it.
+
+    Parameters
+    ----------
+    system
+        The system; its own value of the parameter is not used.
+    name, values
+        The parameter, and its values (k,).
+    make
+        What makes numbers of a mechanism in numbers of any kind, N of it everywhere.
+
+    Returns
+    -------
+    ndarray, shape (2, k, N)
+
+    Raises
+    ------
+    InvalidParameterError
+        As :func:`compile_prescribed`.
+    """
+    known: list[Recording] = []
+    found = []
+    for value in values:
+        numbers = _repeated(known, value)
+        if numbers is None and (recording := _recording_of(system, name, value, make)):
+            known = [recording, *known[: KEPT_RECORDINGS - 1]]
+            numbers = _repeated(known, value)
+        if numbers is None:
+            numbers = with_derivatives(make(expanded(with_parameter(system, name, value), name)))
+        found.append(numbers[:2])
+    return np.stack(found, axis=1)
+
+
+def _repeated(known: list[Recording], value: float) -> Floats | None:
+    tried = (recording.repeat([value], 0) for recording in known)
+    return next((numbers for numbers in tried if numbers is not None), None)
+
+
+def _recording_of(
+    system: System, name: str, value: float, make: Callable[[Mechanism], Vector]
+) -> Recording | None:
+    """What makes numbers of a system, recorded; None where its code takes floats and jets only."""
+    recording = Recording()
+    try:
+        varied = changed(system, {name: recording.parameter(value)})
+        recording.close(make(mechanism_of(varied)))
+    except (TypeError, InvalidParameterError):
+        return None
+    return recording

@@ -719,7 +719,7 @@ class Compilation:
         )
 
 
-def _with_derivatives(numbers: Vector) -> Floats:
+def with_derivatives(numbers: Vector) -> Floats:
     """Numbers or jets as an array: their values, first, second and third derivatives in rows."""
     flat = cast(list[Any], numbers)
     orders = np.zeros((len(PARAMETER_ORDERS), len(flat)))
@@ -758,7 +758,7 @@ def compile_prescribed(
 def _check_ratios(varied: Mechanism, parameter: str) -> None:
     """Refuse a parameter that changes the ratios of the forcing frequencies."""
     for line in varied.forces[1:]:
-        first, other = _with_derivatives([varied.omega, line.omega]).T
+        first, other = with_derivatives([varied.omega, line.omega]).T
         scaled = first * (other[0] / first[0])
         if np.any(
             np.abs(other - scaled) > PROPORTIONAL_RELATIVE * (np.abs(other) + np.abs(scaled))
@@ -828,7 +828,7 @@ def _compile(system: Any, parameter: str, codes: tuple[int, ...]) -> Prescribed:
     _check_ratios(m, parameter)
     _check_order(m, parameter)
     made = Compilation(m, codes)
-    return Prescribed(lambda: system, parameter, made.layout, _with_derivatives(made.numbers))
+    return Prescribed(lambda: system, parameter, made.layout, with_derivatives(made.numbers))
 
 
 _cached = lru_cache(maxsize=256)(_compile)  # with the exponentials of its flights up to 1.4 MB each

@@ -81,7 +81,7 @@ def energies_of(
         return flights.signal(lambda code: rows.moved(code, along, 1))
 
     def work(force: Signal, along: Floats) -> float:
-        return span * float(force.mean_product(speed(along)).value)
+        return span * float(force.mean_product(speed(along)).value[0])
 
     wide = np.eye(rows.mechanism.degrees)
     put_in = sum(work(_along(flights, force), along) for force, along in inputs)
@@ -91,7 +91,7 @@ def energies_of(
     damping = np.array(m.damping)
     speeds = [speed(wide[i]) for i in range(n)]
     dashpots = sum(
-        damping[i, j] * span * float(speeds[i].mean_product(speeds[j]).value)
+        damping[i, j] * span * float(speeds[i].mean_product(speeds[j]).value[0])
         for i, j in np.argwhere(damping)
     )
     taken = _impact_losses(run, m)
@@ -112,11 +112,11 @@ def _along(flights: Flights, row: Floats) -> Signal:
 
 def _line_force(flights: Flights, coordinate: int, _: int) -> Dual:
     """Harmonic force on a coordinate, as a row on Y."""
-    m, size = flights.rows.mechanism, flights.rows.pieces.size
-    row = np.zeros(size + 1)
+    m, size = flights.rows.mechanism, flights.rows.size
+    row = np.zeros((1, size + 1))
     for number, line in enumerate(m.forces):
         at = 2 * (m.degrees + number)
-        row[at], row[at + 1] = line.sine[coordinate], line.cosine[coordinate]
+        row[:, at], row[:, at + 1] = line.sine[coordinate], line.cosine[coordinate]
     return Dual(row, np.zeros_like(row))
 
 

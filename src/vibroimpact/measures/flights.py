@@ -1,4 +1,4 @@
-"""Flights of a motion in closed form, with derivatives by a parameter.
+"""Flights of motions in closed form, with derivatives by a parameter.
 
 Method      In a mode the coordinates y (compile/piecewise.py), with a last entry 1, follow
                 Y' = H Y,      (dY/dp)' = H dY/dp + H_p Y                                        (1)
@@ -18,20 +18,20 @@ Reference   Boyd, Solving Transcendental Equations (2014); theory.md, "Periodic 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
-from typing import Any, NamedTuple, cast
+from functools import cached_property, lru_cache, partial
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.polynomial import chebyshev, legendre
 
 from vibroimpact._core.chebyshev import fitted, nodes, real_zeros_of
 from vibroimpact._core.exponential import exponentials
-from vibroimpact._core.scalars import numeric_value, rounded_down
-from vibroimpact._core.types import Count, Floats, Integers
+from vibroimpact._core.types import Count, Flags, Floats, Integers
 from vibroimpact._core.windows import Windows, values_at
 from vibroimpact._kernel import Jet
+from vibroimpact.compile.along import numbers_along
 from vibroimpact.compile.coordinates import units_of
 from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.compile.prescribed import FLAT_OF_LARGEST_RATE, WINDOW_NODES, WINDOW_RADIANS
@@ -57,14 +57,60 @@ def derivative(x: Jet) -> float:
     return x.coefficients[1]
 
 
-class Dual(NamedTuple):
-    """An array with its derivative by the parameter; numbers are jets."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Dual:
+    """An array with its derivative by the parameter: entries of rows, or a number of each of several motions."""
 
     value: Floats
     by: Floats
 
-    def __matmul__(self, other: Dual) -> Dual:
-        return Dual(self.value @ other.value, self.by @ other.value + self.value @ other.by)
+    __array_ufunc__: ClassVar[None] = None  # numbers of numpy leave arithmetic to it
+
+    def __iter__(self) -> Iterator[Floats]:
+        return iter((self.value, self.by))
+
+    def __getitem__(self, at: Any) -> Dual:
+        return Dual(self.value[at], self.by[at])
+
+    def __add__(self, other: Dual | float) -> Dual:
+        x = _with_zero(other)
+        return Dual(self.value + x.value, self.by + x.by)
+
+    def __sub__(self, other: Dual | float) -> Dual:
+        return self + -_with_zero(other)
+
+    def __mul__(self, other: Dual | Floats | float) -> Dual:
+        x = _with_zero(other)
+        return Dual(self.value * x.value, self.by * x.value + self.value * x.by)
+
+    def __truediv__(self, other: Dual | float) -> Dual:
+        x = _with_zero(other)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            value = self.value / x.value
+            return Dual(value, (self.by - value * x.by) / x.value)
+
+    def __rtruediv__(self, other: Floats | float) -> Dual:
+        return _with_zero(other) / self
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, -self.by)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def sqrt(self) -> Dual:
+        """Root of each entry; of zero it has no derivative."""
+        root = np.sqrt(self.value)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return Dual(root, self.by / (2.0 * root))
+
+    def where(self, mask: Flags, other: Dual) -> Dual:
+        """Own entries where a mask is true, those of another elsewhere."""
+        return Dual(*(np.where(mask, a, b) for a, b in zip(self, other, strict=True)))
+
+
+def _with_zero(x: Dual | Floats | float) -> Dual:
+    """A number as one with the derivative zero."""
+    return x if isinstance(x, Dual) else Dual(np.asarray(x, dtype=float), np.zeros(np.shape(x)))
 
 
 def dual(entries: Any) -> Dual:
@@ -75,82 +121,133 @@ def dual(entries: Any) -> Dual:
     return Dual(both[..., 0], both[..., 1])
 
 
+class _Mode(NamedTuple):
+    """A mode of each of k systems."""
+
+    flow: Dual  # H of (1), shape (k, D + 1, D + 1)
+    places: Dual  # rows on Y that give the coordinates, shape (k, n, D + 1), and the velocities
+    speeds: Dual
+    units: Floats  # shape (k, D + 1)
+
+
 class Rows:
-    """Rows on Y of what can be measured in each mode of a system, with their derivatives.
+    """Rows on Y of what can be measured in each mode of systems, with their derivatives.
 
     Parameters
     ----------
     system, parameter
         The system, and the parameter that is differentiated by, "" for none.
+    values
+        Values of the parameter, one for each system; by default the one system is that given.
     """
 
-    def __init__(self, system: System, parameter: str = "") -> None:
-        self.system, self.parameter = system, parameter
+    def __init__(self, system: System, parameter: str = "", values: Floats | None = None) -> None:
+        self.system, self.parameter, self.values = system, parameter, values
         self.mechanism: Mechanism = mechanism_of(system)
-        varied = expanded(system, parameter) if parameter else self.mechanism
-        self.varied, self.pieces = varied, Piecewise(varied)
-        self.rate = numeric_value(self.pieces.rate)
-        self._modes: dict[int, Any] = {}
+        self.count = 1 if values is None else len(values)
+        self.size = 2 * (self.mechanism.degrees + len(self.mechanism.forces))
+        self._known: dict[Hashable, Dual] = {}
+        self._modes: dict[int, _Mode] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies, in other processes too, are made again."""
-        return Rows, (self.system, self.parameter)
+        return Rows, (self.system, self.parameter, self.values)
 
-    def _mode(self, code: int) -> Any:
+    @cached_property
+    def _pieces(self) -> Piecewise:
+        """The one system, compiled."""
+        parameter = self.parameter
+        return Piecewise(expanded(self.system, parameter) if parameter else self.mechanism)
+
+    def numbers(self, key: Hashable, make: Callable[[Piecewise], Any]) -> Dual:
+        """Numbers that are made of every compiled system, shape (k, ...); they are kept under a key."""
+        if key not in self._known:
+            self._known[key] = self._made(make)
+        return self._known[key]
+
+    def _made(self, make: Callable[[Piecewise], Any]) -> Dual:
+        if self.values is None:
+            return dual(make(self._pieces))[None]
+        shape: tuple[int, ...] = ()
+
+        def flat(m: Mechanism) -> list[float]:
+            nonlocal shape
+            entries = np.array(make(Piecewise(m)), dtype=object)
+            shape = entries.shape
+            return cast(list[float], entries.ravel().tolist())
+
+        value, by = numbers_along(self.system, self.parameter, self.values.tolist(), flat)
+        return Dual(value.reshape(-1, *shape), by.reshape(-1, *shape))
+
+    @cached_property
+    def _base(self) -> Dual:
+        """Scale, rate and frequencies of each system."""
+        return self.numbers(
+            "base", lambda pieces: [pieces.scale, pieces.rate, pieces.mechanism.omega, *pieces.omegas]
+        )  # fmt: skip
+
+    @property
+    def rate(self) -> float:
+        """Bound of the rates of all motions."""
+        return float(self._base.value[:, 1].max())
+
+    @property
+    def omega(self) -> Dual:
+        """Frequency of the first forcing line, shape (k,)."""
+        return self._base[:, 2]
+
+    def _mode(self, code: int) -> _Mode:
         if code not in self._modes:
-            self._modes[code] = self.pieces.mode(code)
+            n, whole = self.mechanism.degrees, self.numbers(("mode", code), partial(_of_mode, code))
+            flow, x, v = (whole[:, at] for at in np.split(np.arange(whole.value.shape[1] - 1),
+                                                          [self.size + 1, self.size + 1 + n]))  # fmt: skip
+            self._modes[code] = _Mode(flow, x, v, whole.value[:, -1])
         return self._modes[code]
 
     def flow(self, code: int) -> Dual:
-        """Matrix H of (1), shape (D + 1, D + 1)."""
-        flow: Any = self._mode(code).coordinates.flow
-        size = self.pieces.size
-        out = Dual(np.zeros((size + 1, size + 1)), np.zeros((size + 1, size + 1)))
-        for part, b, c in zip(out, dual(flow["b"]), dual(flow["constant"]), strict=True):
-            part[:size, :size], part[:size, size] = b, c
-        return out
+        """Matrix H of (1), shape (k, D + 1, D + 1)."""
+        return self._mode(code).flow
 
     def units(self, code: int) -> Floats:
-        """Units of Y, powers of two, in which a flow is as large in all units of the user, shape (D + 1,)."""
-        whole = self.flow(code).value
-        flow = {"b": whole[:-1, :-1].tolist(), "constant": whole[:-1, -1].tolist()}
-        return np.array([*units_of(self.mechanism, flow, self.rate), 1.0])
+        """Units of Y, powers of two, in which a flow is as large in all units of the user, shape (k, D + 1)."""
+        return self._mode(code).units
 
     def moved(self, code: int, row: Floats, order: int) -> Dual:
         """Row that gives ``row . x``, ``row . v`` or ``row . a``, by its order 0, 1 or 2."""
-        coordinates = self._mode(code).coordinates
-        across = dual(coordinates.to_v if order else coordinates.to_x)
-        plain = Dual(*(np.append(row @ part, 0.0) for part in across))
-        return plain @ self.flow(code) if order > 1 else plain
+        mode = self._mode(code)
+        plain = Dual(*(row @ part for part in (mode.speeds if order else mode.places)))
+        return _on_flow(plain, mode.flow) if order > 1 else plain
 
     def force(self, code: int, part: int) -> Dual:
         """Force of a contact or element along its row."""
-        return dual(self.pieces.force_rows(code)[part])
+        return self.numbers(("force", code, part), lambda pieces: pieces.force_rows(code)[part])
 
     def work_speed(self, code: int, element: int) -> Dual:
         """Speed at which an element's force works on the motion."""
-        return dual(self._mode(code).work[element].speed)
+        return self.numbers(
+            ("work", code, element), lambda pieces: pieces.mode(code).work[element].speed
+        )
 
     def gap(self, _: int, part: int) -> Dual:
         """Row of the gap, ``row . x`` relative to the stop, in every mode."""
-        return dual(self.pieces.gap_row(part))
+        return self.numbers(("gap", part), lambda pieces: pieces.gap_row(part))
 
     def gap_rate(self, code: int, part: int) -> Dual:
         """Rate of the gap in a mode."""
-        return self.gap(code, part) @ self.flow(code)
+        return _on_flow(self.gap(code, part), self.flow(code))
 
-    def embedded(self, states: Floats, by: Floats) -> Dual:
-        """Y of states (x, v, theta), shape (m, D + 1), and its derivative from theirs."""
+    def embedded(self, states: Floats, by: Floats, system: Integers) -> Dual:
+        """Y of states (x, v, theta) of systems by number, shape (m, D + 1), and its derivative from theirs."""
         n, light = self.mechanism.degrees, self.mechanism.massless
-        y = Dual(*(np.zeros((len(states), self.pieces.size + 1)) for _ in range(2)))
+        y = Dual(*(np.zeros((len(states), self.size + 1)) for _ in range(2)))
+        base = self._base.value[system]
         for part, given in zip(y, (states, by), strict=True):
             part[:, 0 : 2 * n : 2] = given[:, :n]
-            part[:, 1 : 2 * n : 2] = given[:, n : 2 * n] / self.pieces.scale
+            part[:, 1 : 2 * n : 2] = given[:, n : 2 * n] / base[:, :1]
         for i in light:
             y.value[:, 2 * i + 1], y.by[:, 2 * i + 1] = 1.0, 0.0
-        lines = self.mechanism.forces
-        for line, force in enumerate(lines):
-            ratio = force.omega / lines[0].omega
+        for line in range(len(self.mechanism.forces)):
+            ratio = base[:, 3 + line] / base[:, 3]
             sine, cosine = np.sin(ratio * states[:, -1]), np.cos(ratio * states[:, -1])
             at, turn = 2 * (n + line), ratio * by[:, -1]
             y.value[:, at], y.value[:, at + 1] = sine, cosine
@@ -158,17 +255,40 @@ class Rows:
         y.value[:, -1] = 1.0
         return y
 
-    def impact(self, contact: int, side: int) -> tuple[Jet, Jet]:
-        """Impulse of an impact per closing speed, and energy lost per square of it.
+    def impact(self, contact: int, side: int) -> Dual:
+        """Impulse of an impact per closing speed, and energy lost per square of it, shape (k, 2).
 
         A soft stop, which is met without an impulse, has zeros.
         """
         if contact >= len(self.mechanism.rigid_stops):
-            return jet(0.0), jet(0.0)
-        law = self.pieces.laws()[contact]
-        r = law.restitution_upper if side > 0 else law.restitution_lower
-        m = law.mobilities[contact]
-        return jet((1.0 + r) / m), jet((1.0 - r * r) / (2.0 * m))
+            return Dual(*(np.zeros((self.count, 2)) for _ in range(2)))
+
+        def law(pieces: Piecewise) -> list[float]:
+            of = pieces.laws()[contact]
+            r, m = (
+                of.restitution_upper if side > 0 else of.restitution_lower,
+                of.mobilities[contact],
+            )
+            return [(1.0 + r) / m, (1.0 - r * r) / (2.0 * m)]
+
+        return self.numbers(("impact", contact, side), law)
+
+
+def _of_mode(code: int, pieces: Piecewise) -> list[list[float]]:
+    """H, the rows of coordinates and velocities, and the units of Y in a mode, one below the other."""
+    at = pieces.prescribed_mode(code).coordinates
+    flow = cast(dict[str, Any], at.flow)
+    h = [[*row, c] for row, c in zip(flow["b"], flow["constant"], strict=True)]
+    rows = [[*row, 0.0] for row in (*at.to_x, *at.to_v)]
+    units = units_of(pieces.mechanism, flow, pieces.rate)
+    return [*h, [0.0] * (pieces.size + 1), *rows, [*units, 1.0]]
+
+
+def _on_flow(row: Dual, flow: Dual) -> Dual:
+    """Rows (k, D + 1) times matrices (k, D + 1, D + 1)."""
+    once = np.einsum("ki,kij->kj", row.value, flow.value)
+    by = np.einsum("ki,kij->kj", row.by, flow.value) + np.einsum("ki,kij->kj", row.value, flow.by)
+    return Dual(once, by)
 
 
 @lru_cache(maxsize=64)
@@ -185,7 +305,7 @@ def rows_of(system: System, parameter: str = "") -> Rows:
 
 
 class Struck(NamedTuple):
-    """Impacts at ends of flights: numbers of the flights, and stops."""
+    """Impacts at ends of flights, in order: numbers of the flights, and stops."""
 
     flights: Integers
     stops: list[Stop]
@@ -193,9 +313,9 @@ class Struck(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Flights:
-    """Flights of a motion, one after the other, in order."""
+    """Flights of a motion, one after the other, in order; or those of several motions, each of its own system."""
 
-    rows: Rows  # Rows of its system
+    rows: Rows  # Rows of their systems
     # (x, v, theta) where each flight begins, shape (m, 2n + 1), and flight times (m,)
     states: Floats = field(metadata=sized("flight", "entry"))
     durations: Floats = field(metadata=sized("flight"))
@@ -207,16 +327,35 @@ class Flights:
     states_by: Floats = field(metadata=sized("flight", "entry"))
     durations_by: Floats = field(metadata=sized("flight"))
     periodic: bool = True  # whether the motion repeats after them
+    # number of the motion of each flight, rising; by default they are of one
+    of: Integers = field(
+        default_factory=lambda: np.zeros(1, dtype=np.int64), metadata=sized("flight")
+    )
+
+    def __post_init__(self) -> None:
+        if self.rows.count == 1:
+            object.__setattr__(self, "of", np.zeros(len(self.durations), dtype=np.int64))
+
+    @cached_property
+    def period(self) -> Dual:
+        """Time from the first to the end of the last flight of each motion, shape (k,)."""
+        return self.summed(Dual(self.durations, self.durations_by), self.of)
 
     @property
-    def period(self) -> Jet:
-        """Time from the first to the end of the last flight."""
-        return jet(float(self.durations.sum()), float(self.durations_by.sum()))
+    def omega(self) -> Dual:
+        """Frequency of the first forcing line of each motion, shape (k,)."""
+        return self.rows.omega
 
-    @property
-    def omega(self) -> Jet:
-        """Frequency of the first forcing line."""
-        return jet(self.rows.varied.omega)
+    def summed(self, terms: Dual, of: Integers) -> Dual:
+        """Sum of the terms of each motion, of these numbers; shape (k,)."""
+        return Dual(*(np.bincount(of, part, self.rows.count).astype(float) for part in terms))
+
+    def extreme(self, numbers: Dual, of: Integers, *, largest: bool = True) -> Dual:
+        """The largest or the smallest number of each motion, of these numbers, 0 where there is none; shape (k,)."""
+        found = Dual(*(np.zeros(self.rows.count) for _ in range(2)))
+        places = _extreme_of(numbers.value, of, largest=largest)
+        found.value[of[places]], found.by[of[places]] = numbers[places]
+        return found
 
     @cached_property
     def windows(self) -> Windows:
@@ -225,18 +364,24 @@ class Flights:
         return Windows.over(self.durations, length)
 
     @cached_property
+    def motion_of_window(self) -> Integers:
+        """Number of the motion of each window, shape (w,)."""
+        found: Integers = self.of[self.windows.segment]
+        return found
+
+    @cached_property
     def y(self) -> Dual:
         """Chebyshev series of Y in the windows, shape (WINDOW_NODES, w, D + 1)."""
-        w, size = self.windows, self.rows.pieces.size + 1
+        w, size = self.windows, self.rows.size + 1
         values = np.empty((WINDOW_NODES, len(w.segment), 2 * size))
-        begun = self.rows.embedded(self.states, self.states_by)
+        begun = np.hstack([*self.rows.embedded(self.states, self.states_by, self.of)])
         modes = np.array(self.codes)
         offsets = (1.0 + nodes(WINDOW_NODES)) * (w.length / 2.0)
         for code in np.unique(modes):
             flights = np.flatnonzero(modes == code)
             values_of_mode = _propagated(
-                self.rows.flow(int(code)), self.rows.units(int(code)),
-                np.hstack([part[flights] for part in begun]), w.counts[flights], np.append(offsets, w.length),
+                self.rows.flow(int(code)), self.rows.units(int(code)), begun[flights], self.of[flights],
+                w.counts[flights], np.append(offsets, w.length),
             )  # fmt: skip
             for nth, part in enumerate(values_of_mode):
                 there = flights[w.counts[flights] > nth]
@@ -245,16 +390,20 @@ class Flights:
         return Dual(series[..., :size], series[..., size:])
 
     def signal(self, row: Callable[[int], Dual]) -> Signal:
-        """Signal that a row on Y in each mode, by its code, gives along the motion."""
-        table = {code: row(code) for code in {*self.codes}}
-        by_window = [table[self.codes[k]] for k in self.windows.segment]
-        value, by = (np.array(part) for part in zip(*by_window, strict=True))
-        u = np.einsum("nwd,wd->nw", self.y.value, value)
-        u_by = np.einsum("nwd,wd->nw", self.y.by, value) + np.einsum("nwd,wd->nw", self.y.value, by)
+        """Signal that a row on Y of each system in each mode, by its code, gives along the motions."""
+        codes, of = np.array(self.codes)[self.windows.segment], self.motion_of_window
+        across = Dual(*(np.empty((len(of), self.rows.size + 1)) for _ in range(2)))
+        for code in np.unique(codes):
+            there = codes == code
+            for part, given in zip(across, row(int(code)), strict=True):
+                part[there] = given[of[there]]
+        u = np.einsum("nwd,wd->nw", self.y.value, across.value)
+        u_by = np.einsum("nwd,wd->nw", self.y.by, across.value)
+        u_by += np.einsum("nwd,wd->nw", self.y.value, across.by)
         return Signal(self, u, u_by)
 
     def state_at(self, time: float) -> Floats:
-        """(x, v, theta) at a time since the start of the motion, shape (2n + 1,)."""
+        """(x, v, theta) of the one motion at a time since its start, shape (2n + 1,)."""
         ends = np.cumsum(self.durations)
         flight = min(int(np.searchsorted(ends, time)), len(ends) - 1)
         since = time - (ends[flight] - self.durations[flight])
@@ -262,53 +411,84 @@ class Flights:
         window = w.first[flight] + min(int(since / w.length), w.last[flight] - w.first[flight])
         y = chebyshev.chebval(w.place(window, since), self.y.value[:, window])
         moving = self.rows.moved
-        v = [moving(self.codes[flight], row, 1).value @ y for row in np.eye(n)]
-        phase = self.states[flight, -1] + self.omega.value * since
+        v = [moving(self.codes[flight], row, 1).value[0] @ y for row in np.eye(n)]
+        phase = self.states[flight, -1] + self.omega.value[0] * since
         return np.array([*y[0 : 2 * n : 2], *v, phase])
 
-    def closing(self) -> list[Jet]:
-        """Closing speed of each impact."""
-        w, found = self.windows, []
-        for flight, stop in zip(self.struck.flights, self.struck.stops, strict=True):
-            rate = self.rows.gap_rate(self.codes[flight], stop.contact)
-            further = rate @ self.rows.flow(self.codes[flight])
-            y = Dual(
-                *(chebyshev.chebval(w.ends[flight], part[:, w.last[flight]]) for part in self.y)
-            )
-            moves = rate.value @ y.by + rate.by @ y.value
-            moves += (further.value @ y.value) * self.durations_by[flight]
-            found.append(stop.side * jet(float(rate.value @ y.value), float(moves)))
-        return found
+    def closing(self) -> Dual:
+        """Closing speed of each impact, shape (impacts,)."""
+        w, flights = self.windows, self.struck.flights
+        last, at = w.last[flights], w.ends[flights]
+        y = Dual(*(values_at(part, last, at[:, None]) for part in self.y))
+        rate = self._at_impacts(self.rows.gap_rate, y)
+        further = self._at_impacts(
+            lambda code, part: _on_flow(self.rows.gap_rate(code, part), self.rows.flow(code)), y
+        )
+        moves = rate.by + further.value * self.durations_by[flights]
+        side = np.array([float(stop.side) for stop in self.struck.stops])
+        return Dual(side * rate.value, side * moves)
+
+    def _at_impacts(self, row: Callable[[int, int], Dual], y: Dual) -> Dual:
+        """Rows of the contacts in the modes before impacts, on Y there."""
+        flights = self.struck.flights
+        across = Dual(*(np.empty((len(flights), self.rows.size + 1)) for _ in range(2)))
+        kinds = [
+            (self.codes[k], stop.contact)
+            for k, stop in zip(flights, self.struck.stops, strict=True)
+        ]
+        for kind in {*kinds}:
+            there = np.array([one == kind for one in kinds])
+            for part, given in zip(across, row(*kind), strict=True):
+                part[there] = given[self.of[flights[there]]]
+        return Dual(
+            np.einsum("md,md->m", across.value, y.value),
+            np.einsum("md,md->m", across.value, y.by) + np.einsum("md,md->m", across.by, y.value),
+        )
+
+
+def _extreme_of(values: Floats, of: Integers, *, largest: bool) -> Integers:
+    """Place of the largest or the smallest value of each number in ``of``, the first of equal ones; NaN before all."""
+    keys = np.where(np.isnan(values), -np.inf, -values if largest else values)
+    order = np.lexsort((keys, of))
+    first = np.flatnonzero(np.diff(of[order], prepend=-1))
+    places: Integers = order[first]
+    return places
 
 
 def _propagated(
-    flow: Dual, units: Floats, begun: Floats, counts: Integers, times: Floats
+    flow: Dual, units: Floats, begun: Floats, of: Integers, counts: Integers, times: Floats
 ) -> list[Floats]:
-    """(Y, dY/dp) at times in each window of flights in one mode, of those that have it.
+    """(Y, dY/dp) at times in each window of flights in one mode, of systems by number, of those that have it.
 
     They are computed in these units, dY/dp with p in one that makes both parts of the flow alike.
     """
-    size = len(flow.value)
+    size = units.shape[1]
     varied = bool(begun[:, size:].any() or flow.by.any())
-    value, by = (part / units[:, None] * units for part in flow)
+    value, by = (part / units[:, :, None] * units[:, None, :] for part in flow)
     if not varied:
-        matrices = exponentials(value, times)
-        begun, still = begun[:, :size] / units, np.zeros((len(times) - 1, len(begun), size))
+        matrices, begun = exponentials(value, times), begun[:, :size] / units[of]
     else:
-        largest = float(np.abs(value).max())
-        change = np.abs(by).max() / largest if largest else 0.0
-        units = np.concatenate([units, units * (rounded_down(float(change), 1) or 1.0)])
-        whole = np.block([[flow.value, np.zeros((size, size))], [flow.by, flow.value]])
-        matrices = exponentials(whole / units[:, None] * units, times)
-        begun = begun / units
+        largest, change = (np.abs(part).max(axis=(1, 2)) for part in (value, by))
+        change = change / np.where(largest > 0.0, largest, np.inf)
+        unit = np.ldexp(1.0, np.frexp(change)[1] - 1)  # a power of two
+        units = np.hstack([units, units * np.where(change > 0.0, unit, 1.0)[:, None]])
+        whole = np.zeros((len(flow.value), 2 * size, 2 * size))
+        whole[:, :size, :size] = whole[:, size:, size:] = flow.value
+        whole[:, size:, :size] = flow.by
+        matrices = exponentials(whole / units[:, :, None] * units[:, None, :], times)
+        begun = begun / units[of]
     out = []
     for nth in range(int(counts.max())):
-        begun = begun[counts[counts >= nth] > nth]
-        values = np.einsum("nij,fj->nfi", matrices[:-1], begun) * units
+        kept = counts[counts >= nth] > nth
+        begun, of = begun[kept], of[kept]
+        slot = np.arange(len(of)) - np.searchsorted(of, of)
+        apart = np.zeros((len(matrices), int(slot.max(initial=0)) + 1, begun.shape[1]))
+        apart[of, slot] = begun  # flights of each system
+        values = np.einsum("knij,kfj->nkfi", matrices[:, :-1], apart)[:, of, slot] * units[of]
         if not varied:
-            values = np.concatenate([values, still[:, : len(begun)]], axis=2)
+            values = np.concatenate([values, np.zeros_like(values)], axis=2)
         out.append(values)
-        begun = begun @ matrices[-1].T
+        begun = np.einsum("kij,kfj->kfi", matrices[:, -1], apart)[of, slot]
     return out
 
 
@@ -325,19 +505,19 @@ class Signal:
     series: Floats = field(metadata=sized("node", "window"))
     series_by: Floats = field(metadata=sized("node", "window"))
 
-    def extremes(self) -> tuple[Jet, Jet]:
-        """Smallest and largest value, with their derivatives, by (2)."""
-        u, u_by, _ = self._extrema()
-        low, high = int(np.argmin(u)), int(np.argmax(u))
-        return jet(float(u[low]), float(u_by[low])), jet(float(u[high]), float(u_by[high]))
+    def extremes(self) -> tuple[Dual, Dual]:
+        """Smallest and largest value of each motion, with their derivatives, by (2); shape (k,) each."""
+        u, of, _ = self._extrema()
+        low, high = (self.flights.extreme(u, of, largest=largest) for largest in (False, True))
+        return low, high
 
     def place(self, *, largest: bool) -> float:
-        """Time since the start of the motion at which it is largest, or smallest."""
-        u, _, times = self._extrema()
-        return float(times[np.argmax(u) if largest else np.argmin(u)])
+        """Time since the start of the one motion at which it is largest, or smallest."""
+        u, of, times = self._extrema()
+        return float(times[_extreme_of(u.value, of, largest=largest)[0]])
 
-    def _extrema(self) -> tuple[Floats, Floats, Floats]:
-        """Values at extrema and at ends of flights, their derivatives and times."""
+    def _extrema(self) -> tuple[Dual, Integers, Floats]:
+        """Values at extrema and at ends of flights, numbers of their motions, and times."""
         w = self.flights.windows
         slope: Floats = np.asarray(chebyshev.chebder(self.series, axis=0) * (2.0 / w.length), float)
         at, x = real_zeros_of(slope, FLAT_OF_LARGEST_RATE)
@@ -347,45 +527,55 @@ class Signal:
         moved = np.zeros(len(at))
         late = values_at(slope, w.last, w.ends)
         moved[len(at) - len(late) :] = late * self.flights.durations_by
-        u_by = values_at(self.series_by, at, x) + moved
-        return values_at(self.series, at, x), u_by, w.times(at, x)
+        u = Dual(values_at(self.series, at, x), values_at(self.series_by, at, x) + moved)
+        return u, self.flights.motion_of_window[at], w.times(at, x)
 
     def at(self, times: Floats) -> Floats:
         """Values at times since the start of the motion."""
         return values_at(self.series, *self.flights.windows.at(times))
 
-    def mean_product(self, other: Signal) -> Jet:
-        """Mean of the product of two signals over the motion, by (3)."""
+    def mean_product(self, other: Signal) -> Dual:
+        """Mean of the product of two signals over each motion, by (3); shape (k,)."""
         points = self._points(WINDOW_NODES)
         f, g = self._at(points.x), other._at(points.x)
-        whole = np.sum(points.weights * f.value * g.value)
-        by = np.sum(points.weights * (f.by * g.value + f.value * g.by))
-        by += np.sum(self._ends() * other._ends() * self.flights.durations_by)
-        return jet(float(whole), float(by)) / self.flights.period
+        return self._integral(points, f * g, self._ends() * other._ends()) / self.flights.period
 
-    def harmonic(self, order: float) -> Jet:
-        """Amplitude of the part of a frequency, in units of the first line's.
+    def _integral(self, points: _Points, values: Dual, ends: Floats) -> Dual:
+        """Integral over each motion of a function by its values at points, and at ends of flights."""
+        flights = self.flights
+        parts = (np.sum(points.weights * part, axis=1) for part in values)
+        whole = flights.summed(Dual(*parts), flights.motion_of_window)
+        late = ends * flights.durations_by
+        return whole + flights.summed(Dual(np.zeros_like(late), late), flights.of)
+
+    def harmonic(self, order: float) -> Dual:
+        """Amplitude of the part of a frequency, in units of the first line's, of each motion; shape (k,).
 
         A periodic motion has none of a frequency that is no multiple of its own.
         """
-        flights, w = self.flights, self.flights.windows
+        flights, w, of = self.flights, self.flights.windows, self.flights.motion_of_window
         omega = flights.omega
         turns = order * omega.value * flights.period.value / (2.0 * math.pi)
-        if flights.periodic and abs(turns - round(turns)) > WHOLE_TURNS_WITHIN * turns:
-            return jet(0.0)
-        turn = order * omega.value * w.length / 2.0
+        turn = order * float(omega.value.max()) * w.length / 2.0
         points = self._points(WINDOW_NODES + math.ceil(turn) + SPARE_GAUSS_POINTS)
         f = self._at(points.x)
         since = w.start[:, None] + w.length * (1.0 + points.x) / 2.0
-        theta = order * (flights.states[w.segment, -1:] + omega.value * since)
-        theta_by = order * (flights.states_by[w.segment, -1:] + derivative(omega) * since)
-        wave = np.exp(-1j * theta)
-        whole = np.sum(points.weights * f.value * wave)
-        by = np.sum(points.weights * (f.by - 1j * theta_by * f.value) * wave)
-        at_end = order * (flights.states[:, -1] + omega.value * flights.durations)
-        by += np.sum(self._ends() * np.exp(-1j * at_end) * flights.durations_by)
-        real, imaginary = jet(whole.real, by.real), jet(whole.imag, by.imag)
-        return 2.0 * (real * real + imaginary * imaginary).sqrt() / flights.period
+        phase = order * Dual(
+            *(states[w.segment, -1:] + rate[of, None] * since
+              for states, rate in ((flights.states, omega.value), (flights.states_by, omega.by)))
+        )  # fmt: skip
+        at_end = order * (flights.states[:, -1] + omega.value[flights.of] * flights.durations)
+        cosine, sine = np.cos(phase.value), np.sin(phase.value)
+        real, imaginary = (
+            self._integral(points, f * Dual(wave, slope * phase.by), self._ends() * last)
+            for wave, slope, last in (
+                (cosine, -sine, np.cos(at_end)), (sine, cosine, np.sin(at_end))
+            )
+        )  # fmt: skip
+        found = 2.0 * (real * real + imaginary * imaginary).sqrt() / flights.period
+        whole = np.abs(turns - np.round(turns)) <= WHOLE_TURNS_WITHIN * turns
+        none = Dual(np.zeros_like(turns), np.zeros_like(turns))
+        return found.where(whole, none) if flights.periodic else found
 
     def _points(self, count: int) -> _Points:
         w = self.flights.windows

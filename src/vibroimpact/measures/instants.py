@@ -35,7 +35,7 @@ class Extrema(NamedTuple):
 def check_span(name: str, value: object, rows: Rows, span: float) -> None:
     """Refuse a time over which the series of a motion would exceed the memory of this machine."""
     windows = span * rows.rate / WINDOW_RADIANS
-    needed = windows * BYTES_PER_COEFFICIENT * WINDOW_NODES * (rows.pieces.size + 1)
+    needed = windows * BYTES_PER_COEFFICIENT * WINDOW_NODES * (rows.size + 1)
     if not needed <= memory_here():
         raise refusal(
             name,

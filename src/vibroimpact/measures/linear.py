@@ -22,6 +22,7 @@ from vibroimpact._core.types import Complexes, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.measures.flights import Flights, Struck, derivative, dual, jet, rows_of
 from vibroimpact.model.mechanism import Mechanism, accelerations, with_mass
+from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
@@ -68,7 +69,9 @@ class FreeMotion:
     def flights(self, parameter: str = "") -> Flights:
         """The motion as one flight, with its derivatives by a parameter."""
         rows = rows_of(self.system, parameter)
-        state, by, duration = self._state(rows.varied)
+        state, by, duration = self._state(
+            expanded(self.system, parameter) if parameter else self.mechanism
+        )
         none = Struck(np.array([], dtype=np.int64), [])
         times = np.array([[duration.value], [derivative(duration)]])
         return Flights(rows, state[None], times[0], (0,), none, by[None], times[1])
@@ -80,9 +83,11 @@ class FreeMotion:
         found = []
         for number, part in enumerate(self.mechanism.elements):
             if part.is_stop:
-                low, high = flights.signal(partial(flights.rows.gap, part=number)).extremes()
-                found.append(Reach(Stop(number, 1), part.limit_at(1) - high.value))
-                found.append(Reach(Stop(number, -1), low.value - part.limit_at(-1)))
+                (low, _), (high, _) = flights.signal(
+                    partial(flights.rows.gap, part=number)
+                ).extremes()
+                found.append(Reach(Stop(number, 1), part.limit_at(1) - float(high[0])))
+                found.append(Reach(Stop(number, -1), float(low[0]) - part.limit_at(-1)))
         return [reach for reach in found if math.isfinite(reach.gap)]
 
     @property
@@ -97,8 +102,10 @@ class FreeMotion:
         flights, sizes = self.flights(), {}
         for number, part in enumerate(m.elements):
             if part.is_stop:
-                low, high = flights.signal(partial(flights.rows.gap, part=number)).extremes()
-                sizes[number] = (high.value - low.value) / 2.0
+                (low, _), (high, _) = flights.signal(
+                    partial(flights.rows.gap, part=number)
+                ).extremes()
+                sizes[number] = float(high[0] - low[0]) / 2.0
         factors = (
             1.0 + reach.gap / size for reach in self.reaches if (size := sizes[reach.stop.contact])
         )

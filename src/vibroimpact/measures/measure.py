@@ -10,10 +10,9 @@ import itertools
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from operator import attrgetter
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -21,10 +20,11 @@ import numpy as np
 from vibroimpact._core.checks import check_choice, check_kind, positive, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
-from vibroimpact._core.types import Floats
-from vibroimpact._kernel import Jet
+from vibroimpact._core.linear import Vector
+from vibroimpact._core.types import Floats, Integers
+from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.machines.json_text import system_of
-from vibroimpact.measures.flights import Dual, Flights, Rows, Signal, derivative, dual, jet
+from vibroimpact.measures.flights import Dual, Flights, Rows, Signal
 from vibroimpact.measures.motions import Motion, flights_of, flights_of_run
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameters
@@ -94,8 +94,8 @@ class Measure(ABC):
         return self.OBSERVERS
 
     @abstractmethod
-    def _of(self, flights: Flights) -> Jet:
-        """Value of the measure with its derivative, of the flights of a motion."""
+    def _of(self, flights: Flights) -> Dual:
+        """Value of the measure with its derivative, of each motion that flights are of, shape (k,)."""
 
     def _check(self, m: Mechanism) -> None:  # noqa: B027 - most have nothing to refuse
         """Refuse a mechanism that has no such row or part."""
@@ -169,12 +169,12 @@ class Measure(ABC):
         check_kind("parameter", parameter, str, 'the name of a parameter, or ""')
         flights = flights_of(orbit, parameter)
         self._check(flights.rows.mechanism)
-        found = self._of(flights)
-        return found.value, derivative(found) if parameter else math.nan
+        value, by = self._of(flights)
+        return float(value[0]), float(by[0]) if parameter else math.nan
 
     def of_run(self, run: Run, span: float) -> float:
         """Measure a simulated motion from its start to a time that it has reached."""
-        return float(self._of(flights_of_run(run, span)).value)
+        return float(self._of(flights_of_run(run, span)).value[0])
 
     @property
     def _bound(self) -> Mechanism:
@@ -313,7 +313,7 @@ class Amplitude(_OfRow):
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return (members[f"{self._name}_largest"] - members[f"{self._name}_smallest"]) / 2.0
 
-    def _of(self, flights: Flights) -> Jet:
+    def _of(self, flights: Flights) -> Dual:
         low, high = self._signal(flights).extremes()
         return (high - low) / 2.0
 
@@ -331,13 +331,13 @@ class Peak(_OfRow):
         low, high = (members[f"{self._name}_{end}"] for end in ("smallest", "largest"))
         return abs(low).where(abs(low) > abs(high), abs(high))
 
-    def _of(self, flights: Flights) -> Jet:
+    def _of(self, flights: Flights) -> Dual:
         return _largest_modulus(self._signal(flights))
 
 
-def _largest_modulus(signal: Signal) -> Jet:
+def _largest_modulus(signal: Signal) -> Dual:
     low, high = signal.extremes()
-    return high if high >= -low else -low
+    return high.where(high.value >= -low.value, -low)
 
 
 @dataclass(frozen=True)
@@ -352,7 +352,7 @@ class Rms(_OfRow):
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"{self._name}_rms"]
 
-    def _of(self, flights: Flights) -> Jet:
+    def _of(self, flights: Flights) -> Dual:
         signal = self._signal(flights)
         return signal.mean_product(signal).sqrt()
 
@@ -398,7 +398,7 @@ class Harmonic(_OfRow):
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"{self._name}_harmonic"]
 
-    def _of(self, flights: Flights) -> Jet:
+    def _of(self, flights: Flights) -> Dual:
         return self._signal(flights).harmonic(self.harmonic)
 
 
@@ -443,7 +443,7 @@ class Transmissibility(Amplitude):
                 f"base = None: the static deflection is that of one forcing line, and there are "
                 f"{len(m.forces)}. Give base."
             )
-        _static_deflection(m, m, self.coefficients(m), self.text)
+        self._reference(m)
 
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:
         if self.base is not None:
@@ -452,34 +452,51 @@ class Transmissibility(Amplitude):
 
     def _reference(self, system: System) -> float:
         m = mechanism_of(system)
-        return float(_static_deflection(m, m, self.coefficients(m), self.text).value)
+        force = m.forces[0]
+        loads = np.array([*m.stiffness, force.sine, force.cosine])
+        return _static_deflection(
+            m, (loads, np.zeros_like(loads)), self.coefficients(m), self.text
+        )[0]
 
-    def _of(self, flights: Flights) -> Jet:
+    def _of(self, flights: Flights) -> Dual:
         amplitude, rows = super()._of(flights), flights.rows
         if self.base is not None:
             return amplitude / self.base
         row = self.coefficients(rows.mechanism)
-        return amplitude / _static_deflection(rows.mechanism, rows.varied, row, self.text)
+        loads = rows.numbers("loads", _loads)
+        parts = (
+            _static_deflection(rows.mechanism, one, row, self.text)
+            for one in zip(*loads, strict=True)
+        )
+        value, by = np.transpose([*parts])
+        return amplitude / Dual(value, by)
 
 
-def _static_deflection(m: Mechanism, varied: Mechanism, row: Floats, text: str) -> Jet:
-    """Amplitude of row . x under static forces, of the coordinates that springs hold."""
-    stiffness, force = dual(varied.stiffness), varied.forces[0]
-    inverse = np.linalg.pinv(stiffness.value)
-    parts = []
-    for amplitudes in (force.sine, force.cosine):
-        f = dual(amplitudes)
-        x = inverse @ f.value
-        part = jet(float(row @ x), float(row @ inverse @ (f.by - stiffness.by @ x)))
-        parts.append(part * part)
-    size = sum(parts, jet(0.0)).sqrt()
-    largest = max(float(np.abs(dual(f).value).max()) for f in (force.sine, force.cosine))
-    if size.value <= 1e-12 * largest * float(np.abs(row).sum()) * float(np.abs(inverse).max()):
+def _loads(pieces: Piecewise) -> list[Vector]:
+    """Stiffness matrix, and amplitudes of sine and cosine of the first force, one below the other."""
+    m, force = pieces.mechanism, pieces.mechanism.forces[0]
+    return [*map(list, m.stiffness), [*force.sine], [*force.cosine]]
+
+
+def _static_deflection(
+    m: Mechanism, loads: tuple[Floats, Floats], row: Floats, text: str
+) -> tuple[float, float]:
+    """Amplitude of row . x under static forces, of the coordinates that springs hold, and its derivative."""
+    (*stiffness, sine, cosine), (*stiffness_by, sine_by, cosine_by) = loads
+    inverse = np.linalg.pinv(np.array(stiffness))
+    value, by = 0.0, 0.0
+    for f, f_by in ((sine, sine_by), (cosine, cosine_by)):
+        x = inverse @ f
+        part = float(row @ x)
+        value = math.hypot(value, part)
+        by += part * float(row @ inverse @ (f_by - np.array(stiffness_by) @ x))
+    largest = max(float(np.abs(f).max()) for f in (sine, cosine))
+    if value <= 1e-12 * largest * float(np.abs(row).sum()) * float(np.abs(inverse).max()):
         raise InvalidParameterError(
             f"row = {text}: has no static deflection under the forces of {m.degrees} coordinates. "
             "Give base, the amplitude of the base's motion, or take another row."
         )
-    return size
+    return value, by / value
 
 
 # ---- of parts ------------------------------------------------------------------------------------
@@ -564,41 +581,50 @@ class DissipatedPower(Measure):
             parts.append(members["work_on_element"].sum(ELEMENT, skipna=False))
         return sum(parts[1:], parts[0])
 
-    def _of(self, flights: Flights) -> Jet:
+    def _of(self, flights: Flights) -> Dual:
         if isinstance(self.part, str):
             return _of_dashpots(flights)
         contacts = len(flights.rows.mechanism.rigid_stops)
-        lost = sum((loss for _, loss in _impacts_at(flights, self.part)), jet(0.0)) / flights.period
+        of, _, losses = _impacts_at(flights, self.part)
+        lost = flights.summed(losses, of) / flights.period
         for element in range(len(flights.rows.mechanism.switching)):
             if self.part in (None, contacts + element):
                 lost = lost + _of_element(flights, element)
         return lost
 
 
-def _impacts_at(flights: Flights, part: int | None) -> Iterator[tuple[Jet, Jet]]:
-    """Impulse and energy lost of each impact at a contact or element; at all for None."""
-    for stop, speed in zip(flights.struck.stops, flights.closing(), strict=True):
-        if part is None or stop.contact == part:
-            per_speed, per_square = flights.rows.impact(*stop)
-            yield per_speed * speed, per_square * (speed * speed)
+def _impacts_at(flights: Flights, part: int | None) -> tuple[Integers, Dual, Dual]:
+    """Number of the motion, impulse and energy lost of each impact at a contact or element; at all for None."""
+    of, stops = flights.of[flights.struck.flights], flights.struck.stops
+    laws = Dual(*(np.empty((len(stops), 2)) for _ in range(2)))
+    for stop in {*stops}:
+        there = np.array([one == stop for one in stops])
+        for kept, given in zip(laws, flights.rows.impact(*stop), strict=True):
+            kept[there] = given[of[there]]
+    here = np.array([part is None or stop.contact == part for stop in stops], dtype=bool)
+    speed, per_speed, per_square = (x[here] for x in (flights.closing(), laws[:, 0], laws[:, 1]))
+    return of[here], per_speed * speed, per_square * (speed * speed)
 
 
-def _of_element(flights: Flights, element: int) -> Jet:
+def _of_element(flights: Flights, element: int) -> Dual:
     rows, part = flights.rows, len(flights.rows.mechanism.rigid_stops) + element
     force = flights.signal(partial(rows.force, part=part))
     speed = flights.signal(partial(rows.work_speed, element=element))
     return -force.mean_product(speed)
 
 
-def _of_dashpots(flights: Flights) -> Jet:
+def _of_dashpots(flights: Flights) -> Dual:
     """Mean of v . C v."""
     rows = flights.rows
-    damping, n = rows.varied.damping, rows.mechanism.degrees
-    power = jet(0.0)
+    damping, n = (
+        rows.numbers("damping", lambda pieces: pieces.mechanism.damping),
+        rows.mechanism.degrees,
+    )
+    power = flights.period * 0.0
     speeds = [flights.signal(partial(_moved, rows, np.eye(n)[i], 1)) for i in range(n)]
     for i, j in itertools.product(range(n), repeat=2):
-        constant = jet(damping[i][j])
-        if constant.value or derivative(constant):
+        constant = damping[:, i, j]
+        if constant.value.any() or constant.by.any():
             power = power + constant * speeds[i].mean_product(speeds[j])
     return power
 
@@ -646,7 +672,7 @@ class ContactForce(_OfPart):
         )
         return low.where(low > high, high)
 
-    def _of(self, flights: Flights) -> Jet:
+    def _of(self, flights: Flights) -> Dual:
         rows = flights.rows
         part = self._number(rows.mechanism)
         return _largest_modulus(flights.signal(partial(rows.force, part=part)))
@@ -684,9 +710,9 @@ class Impulse(_OfPart):
             largest.max(PART) if self.part is None else largest.isel({PART: self.part}, drop=True)
         )
 
-    def _of(self, flights: Flights) -> Jet:
-        impulses = (impulse for impulse, _ in _impacts_at(flights, self.part))
-        return max(impulses, key=attrgetter("value"), default=jet(0.0))
+    def _of(self, flights: Flights) -> Dual:
+        of, impulses, _ = _impacts_at(flights, self.part)
+        return flights.extreme(impulses, of)
 
 
 @dataclass(frozen=True)
@@ -715,16 +741,15 @@ class ImpactSpeed(Measure):
     def _members(self, members: xr.Dataset, system: System) -> xr.DataArray:  # noqa: ARG002
         return members[f"speed_{self.kind}"].fillna(0.0)
 
-    def _of(self, flights: Flights) -> Jet:
-        speeds = flights.closing()
-        if not speeds:
-            return jet(0.0)
+    def _of(self, flights: Flights) -> Dual:
+        speeds, of = flights.closing(), flights.of[flights.struck.flights]
+        if self.kind in ("largest", "smallest"):
+            return flights.extreme(speeds, of, largest=self.kind == "largest")
+        met = np.maximum(np.bincount(of, minlength=flights.rows.count), 1).astype(float)
+        count = Dual(met, np.zeros_like(met))
         if self.kind == "mean":
-            return sum(speeds, jet(0.0)) / len(speeds)
-        if self.kind == "rms":
-            return (sum((speed * speed for speed in speeds), jet(0.0)) / len(speeds)).sqrt()
-        extreme = max if self.kind == "largest" else min
-        return extreme(speeds, key=attrgetter("value"))
+            return flights.summed(speeds, of) / count
+        return (flights.summed(speeds * speeds, of) / count).sqrt()
 
 
 @dataclass(frozen=True)
@@ -743,8 +768,10 @@ class ImpactRate(Measure):
         count = members["impacts_a"] + members["impacts_b"]
         return count * _per_system(members, system, _cycles_per_time)
 
-    def _of(self, flights: Flights) -> Jet:
-        return float(len(flights.struck.stops)) / flights.period
+    def _of(self, flights: Flights) -> Dual:
+        of = flights.of[flights.struck.flights]
+        count = np.bincount(of, minlength=flights.rows.count).astype(float)
+        return Dual(count, np.zeros_like(count)) / flights.period
 
 
 def _cycles_per_time(system: System) -> float:

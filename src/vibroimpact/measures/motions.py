@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.checks import refusal
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
-from vibroimpact.compile.prescribed import GAP_WATCH, compile_prescribed
-from vibroimpact.measures.flights import Flights, Struck, rows_of
+from vibroimpact._core.types import Floats, Integers
+from vibroimpact.compile.prescribed import GAP_WATCH, Prescribed, compile_prescribed
+from vibroimpact.measures.flights import Flights, Rows, Struck, rows_of
 from vibroimpact.measures.linear import FreeMotion
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.stop import Stop
@@ -43,32 +45,80 @@ def flights_of(motion: Motion, parameter: str = "") -> Flights:
     return _of_orbit(motion, parameter)
 
 
+def flights_along(problem: OrbitProblem, values: Floats, z: Floats, moved: Floats) -> Flights:
+    """Flights of periodic orbits of one signature along a parameter, with derivatives by it.
+
+    Parameters
+    ----------
+    problem
+        The equations of the orbits.
+    values
+        Values of the parameter, shape (k,).
+    z, moved
+        Unknowns of each orbit, shape (k, d), and their derivatives.
+    """
+    rows = Rows(problem.system, problem.parameter, values)
+    orbits = [
+        _Whole(problem.compiled(float(p)), *problem.unpacked(one), *problem.unpacked(by))
+        for p, one, by in zip(values, z, moved, strict=True)
+    ]
+    return _joined(problem, rows, orbits, 1.0)
+
+
 def _of_orbit(orbit: Orbit, parameter: str) -> Flights:
     states, durations = orbit.states, orbit.durations
-    states_by, durations_by = np.zeros_like(states), np.zeros_like(durations)
-    if parameter:
-        states_by, durations_by = _variation(orbit, parameter)
-    signature = orbit.signature
+    still = np.zeros_like(states), np.zeros_like(durations)
+    by = _variation(orbit, parameter) if parameter else still
     compiled = orbit.problem.own
     if parameter not in ("", orbit.parameter):
         compiled = compile_prescribed(orbit.system, parameter, orbit.problem.codes)
-    by = states_by, durations_by, float(bool(parameter))
-    parts = compiled.explicit(states, durations, signature.ends, by)
-    states, durations, ends, states_by, durations_by, whole, _, chatters = parts
-    codes = tuple(end.mode for end in ends)
-    within = chatters & [end.watch == GAP_WATCH for end in ends]
-    if symmetry := orbit.problem.symmetry:
-        states = np.vstack([states, symmetry.image(states, math.pi * signature.cycles)])
-        states_by = np.vstack([states_by, symmetry.change(states_by)])
-        durations, durations_by = np.tile(durations, 2), np.tile(durations_by, 2)
-        codes *= 2
-        whole, within = np.arange(len(durations)), np.tile(within, 2)
-    met = np.roll(impacting(orbit.mechanism, signature), -1)[whole] | within
+    whole = _Whole(compiled, states, durations, *by)
+    return _joined(orbit.problem, rows_of(orbit.system, parameter), [whole], float(bool(parameter)))
+
+
+class _Whole(NamedTuple):
+    """Segments of an orbit and their derivatives."""
+
+    compiled: Prescribed
+    states: Floats
+    durations: Floats
+    states_by: Floats
+    durations_by: Floats
+
+
+def _joined(problem: OrbitProblem, rows: Rows, orbits: Sequence[_Whole], by: float) -> Flights:
+    """Flights of orbits of the same signature, those of each one after the other; ``by`` is the derivative of p."""
+    signature, symmetry = problem.signature, problem.symmetry
+    hits = np.roll(impacting(problem.mechanism, signature), -1)
     stops = [*signature.impacts[1:], signature.impacts[0]]
-    numbers = np.flatnonzero(met)
-    struck = Struck(numbers, [stops[whole[k]] for k in numbers])
-    rows = rows_of(orbit.system, parameter)
-    return Flights(rows, states, durations, codes, struck, states_by, durations_by)
+    parts, codes, numbers, struck, of = [], list[int](), list[Integers](), list[Stop](), list[int]()
+    for number, one in enumerate(orbits):
+        states, durations, ends, states_by, durations_by, whole, _, chatters = (
+            one.compiled.explicit(
+                one.states, one.durations, signature.ends, (one.states_by, one.durations_by, by)
+            )
+        )
+        within = chatters & [end.watch == GAP_WATCH for end in ends]
+        modes = [end.mode for end in ends]
+        if symmetry:
+            states = np.vstack([states, symmetry.image(states, math.pi * signature.cycles)])
+            states_by = np.vstack([states_by, symmetry.change(states_by)])
+            durations, durations_by = np.tile(durations, 2), np.tile(durations_by, 2)
+            modes *= 2
+            whole, within = np.arange(len(durations)), np.tile(within, 2)
+        met = np.flatnonzero(hits[whole] | within)
+        struck += [stops[whole[k]] for k in met]
+        numbers.append(len(codes) + met)
+        parts.append((states, durations, states_by, durations_by))
+        codes += modes
+        of += [number] * len(modes)
+    states, durations, states_by, durations_by = (
+        np.concatenate(part) for part in zip(*parts, strict=True)
+    )
+    hit = Struck(np.concatenate(numbers), struck)
+    return Flights(
+        rows, states, durations, tuple(codes), hit, states_by, durations_by, of=np.array(of)
+    )
 
 
 def _variation(orbit: Orbit, parameter: str) -> tuple[Floats, Floats]:

@@ -28,7 +28,7 @@ from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import LocatedPoint
 from vibroimpact.measures.linear import FreeMotion, free_motion
 from vibroimpact.measures.measure import Measure
-from vibroimpact.measures.motions import Motion
+from vibroimpact.measures.motions import Motion, flights_along
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System
 from vibroimpact.orbits.find import Guess, solve
@@ -42,6 +42,10 @@ TOUCH_RELATIVE = 1e-14  # a zero of the gap is located so well
 # A simulated motion that is so near, relative to all values, is on an orbit.
 ON_CURVE_OF_VALUES = 1e-3
 NEARLY_ON_CURVE_OF_VALUES = 1e-4  # one that is not periodic and so near is on it, too
+# Where the parameter's part of the unit tangent is no larger the branch turns, or begins at a pitchfork.
+TURNING_OF_SCALE = 1e-7
+CONVERGED_RESIDUAL = 1e-12  # a point of a branch whose equations hold so well is converged
+ORBITS_AT_ONCE = 64  # so many orbits are measured together: series of all stay in a cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +60,7 @@ class ResponseCurve:
         Name of the parameter.
     parameter, value, derivative
         Numbers at the points in order along the branch, shape (m,); derivatives of the value by the
-        parameter along the branch, NaN where there is none.
+        parameter along the branch, NaN where there is none: at folds, and where a branch begins with broken symmetry.
     stability
         :class:`Stability` of the stretch from each point to the next, shape (m - 1,).
     special_points
@@ -210,21 +214,36 @@ def names_of(symbol: str) -> tuple[str, ...]:
 
 def curve_of_branch(branch: Branch, measure: Measure) -> ResponseCurve:
     """Measure a branch of orbits at all its points and special points."""
-    points, name, family = profile(branch), branch.parameter, branch.family
-    along = []
-    for z, value, special in zip(points.z, points.parameter, points.special, strict=True):
-        point = (
-            branch.special_points[special].orbit if special >= 0 else family.orbit(z, float(value))
-        )
-        along.append(measure.along(point, name) if point.converged else (math.nan, math.nan))
-    values, slopes = (np.array(part) for part in zip(*along, strict=True))
+    points = profile(branch)
+    values, slopes = _along(branch, points, measure)
     at = np.flatnonzero(points.special >= 0)
     special = tuple(branch.special_points[points.special[k]] for k in at)
 
     return ResponseCurve(
-        branch.symbol, name, points.parameter, values, slopes, points.stability, special, values[at],
+        branch.symbol, branch.parameter, points.parameter, values, slopes, points.stability, special, values[at],
         branch, measure, OnBranch(points, branch),
     )  # fmt: skip
+
+
+def _along(branch: Branch, points: BranchProfile, measure: Measure) -> tuple[Floats, Floats]:
+    """Measure and derivative at the points of a branch, NaN where an orbit is not converged."""
+    regular, curve = points.special < 0, branch.curve
+    found = [branch.special_points[k] for k in points.special[~regular]]
+    tangent = np.empty((len(points.z), points.z.shape[1] + 1))
+    tangent[regular], tangent[~regular] = curve.tangent, [point.tangent for point in found] or 0.0
+    good = np.ones(len(points.z), dtype=bool)
+    good[~regular] = [point.orbit.converged for point in found]
+    doubtful = np.flatnonzero(~(curve.residual <= CONVERGED_RESIDUAL))
+    good[np.flatnonzero(regular)[doubtful]] = [branch.orbit(int(k)).converged for k in doubtful]
+    turns = np.abs(tangent[:, -1:]) <= TURNING_OF_SCALE * branch.family.scale()[-1]
+    moved = np.where(turns, 0.0, tangent[:, :-1] / np.where(turns, 1.0, tangent[:, -1:]))
+    value, by = (np.full(len(good), math.nan) for _ in range(2))
+    places = np.flatnonzero(good)
+    for some in np.array_split(places, math.ceil(len(places) / ORBITS_AT_ONCE)):
+        flights = flights_along(branch.family, points.parameter[some], points.z[some], moved[some])
+        value[some], by[some] = measure._of(flights)
+    by[turns[:, 0]] = math.nan
+    return value, by
 
 
 @dataclass(frozen=True, eq=False)

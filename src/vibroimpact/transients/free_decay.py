@@ -354,7 +354,7 @@ def _at_rest(m: Mechanism, row: Floats, order: int, states: Codes | None = None)
 
 def _dies_out(m: Mechanism, row: Floats, order: int) -> bool:
     """Whether a row of the linear motion is held by springs, and does not grow."""
-    rates = np.linalg.eigvals(rows_of(m).flow(0).value[:-1, :-1])
+    rates = np.linalg.eigvals(rows_of(m).flow(0).value[0, :-1, :-1])
     fastest = float(np.abs(rates).max(initial=0.0))
     _, sizes, directions = np.linalg.svd(np.array(m.stiffness))
     loose = directions[sizes <= ZERO_RELATIVE * sizes.max(initial=0.0)]
@@ -365,7 +365,7 @@ def _dies_out(m: Mechanism, row: Floats, order: int) -> bool:
 def _long_enough(m: Mechanism, remaining: float) -> tuple[float, float]:
     """Time in which the slowest part of the linear motion falls far below a part, and its cycle."""
     rows = rows_of(m)
-    rates = np.linalg.eigvals(rows.flow(0).value[:-1, :-1])
+    rates = np.linalg.eigvals(rows.flow(0).value[0, :-1, :-1])
     fastest = float(np.abs(rates).max(initial=0.0)) or rows.rate
     decaying = -rates.real[rates.real < -NEUTRAL_DISTANCE * fastest]
     turning = np.abs(rates.imag[np.abs(rates.imag) > ZERO_RELATIVE * fastest])

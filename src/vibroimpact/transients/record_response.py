@@ -181,7 +181,7 @@ class RecordResponse(Result):
         if not isinstance(row, str):  # the record has no part in it
             found = replace(found, row=(*row, 0.0))  # type: ignore[call-arg]
         found = measure_of(self.run.system, found)
-        return float(found._of(self._flights).value)
+        return float(found._of(self._flights).value[0])
 
     def peak(self, row: Row = "x1") -> float:
         """Largest modulus of a row, such as "x1", "v1", "a1" or "x2 - x1", between impacts, too."""
@@ -216,7 +216,7 @@ class RecordResponse(Result):
         def absolute(code: int) -> Dual:
             moved = self._flights.rows.moved(code, whole, 2)
             base = self._flights.rows.moved(code, record * (carried / self._factor), 0)
-            return Dual(moved.value + base.value, moved.by + base.by)
+            return moved + base
 
         return largest_modulus(self._flights.signal(absolute))
 
