@@ -1,7 +1,7 @@
 // Prints a b + c with one rounding of given numbers, as hexadecimal floats.
 //
-// Reads lines "a b c" and writes what whole numbers give and what this target's fma gives. Checks on
-// the way that every lane of packs of 2, 4, 8 has the bits of fma and fnma; returns 1 if not.
+// Reads lines "a b c" and writes what whole numbers give, what sums and products without error give and
+// what this target's fma gives. Checks on the way that every lane of packs of 2, 4, 8 has the bits of fma and fnma; returns 1 if not.
 #include <cstdio>
 #include <cstring>
 
@@ -41,6 +41,7 @@ int main() {
             std::fprintf(stderr, "lanes disagree: %a %a %a\n", a, b, c);
             return 1;
         }
-        std::printf("%a %a\n", vi::detail::exact_fma(a, b, c), vi::fma(a, b, c));
+        std::printf("%a %a %a\n", vi::detail::fma_in_whole_numbers(a, b, c),
+                    vi::detail::exact_fma(a, b, c), vi::fma(a, b, c));
     }
 }

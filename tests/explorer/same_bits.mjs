@@ -33,7 +33,7 @@ export function differences({ Kernel, HEAD, unpacked }, kernel, whole, runs, num
   return { compared, differ };
 }
 
-const ONE_IN = 20; // of the runs with the module that computes fma in whole numbers, which is slow
+const ONE_IN = 20; // of the runs with the module that computes fma without the instruction, which is slow
 
 if (globalThis.process?.argv) {
   const fs = await import("node:fs"), { pathToFileURL } = await import("node:url");

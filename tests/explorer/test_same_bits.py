@@ -112,7 +112,7 @@ def site(written: Path) -> Iterator[Any]:
         yield tab
 
 
-def test_every_machine_has_the_bits_of_python_impact_by_impact_with_fma_in_whole_numbers(
+def test_every_machine_has_the_bits_of_python_impact_by_impact_without_an_instruction_for_fma(
     written: Path,
 ) -> None:
     if not shutil.which("node"):

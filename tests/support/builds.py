@@ -62,7 +62,7 @@ class Build:
 
 
 BUILDS = {
-    # on x86-64 without fma: done in whole numbers; of engine_test jets and counts
+    # on x86-64 without fma: done by sums without error; of engine_test jets and counts
     "gcc": Build(("g++", "-O1", "-DJETS_AND_COUNTS")),
     "gcc, avx2": Build(("g++", "-O1", *flags_of("avx2")), "avx2", on_arm=False),
     "gcc, avx512": Build(("g++", "-O1", *flags_of("avx512")), "avx512", on_arm=False),

@@ -1,11 +1,18 @@
 // a b + c with one rounding, the same bits with and without the instruction for it.
 //
-// Method      The instruction where the target has it. Elsewhere in whole numbers: significands as
-//             53-bit integers, their product and the addend aligned in 128 bits, bits shifted out
-//             kept as one sticky bit, one rounding to nearest, ties to even.
+// Method      The instruction where the target has it. Elsewhere a b and the sums with c are taken without
+//             error as two doubles each, and the two small ones are added with rounding to odd, so that
+//             the last sum rounds as if it were the only one (Boldo, Melquiond, algorithm Fma). Where a
+//             part could overflow or underflow, in whole numbers: significands as 53-bit integers,
+//             their product and the addend aligned in 128 bits, bits shifted out kept as one sticky
+//             bit, one rounding to nearest, ties to even.
+// Assumes     for WebAssembly with relaxed SIMD, whose instruction may round twice, that the caller has
+//             tried it: `fused` of web/kernel/page.cpp
 // Accuracy    correctly rounded for all numbers, subnormal results included; NaN and infinities as
 //             the plain operations give them
 // Reference   IEEE 754-2019, fusedMultiplyAdd
+//             S. Boldo, G. Melquiond: Emulation of a FMA and correctly rounded sums: proved algorithms
+//             using rounding to odd. IEEE Trans. Computers 57 (2008) 462-471
 #pragma once
 
 #include "vibroimpact/numeric/config.hpp"
@@ -94,7 +101,7 @@ VI_HD constexpr bool is_finite(double x) {
     return (__builtin_bit_cast(unsigned long long, x) >> 52 & 0x7ff) != 0x7ff;
 }
 
-VI_HD constexpr double exact_fma(double a, double b, double c) {
+VI_HD constexpr double fma_in_whole_numbers(double a, double b, double c) {
     if (!is_finite(a) || !is_finite(b)) return a * b + c;
     if (!is_finite(c)) return c;
     const unpacked x = unpack(a), y = unpack(b), z = unpack(c);
@@ -116,6 +123,47 @@ VI_HD constexpr double exact_fma(double a, double b, double c) {
     if (product == addend) return 0.0;
     return product > addend ? rounded(negative, product - addend, top)
                             : rounded(z.negative, addend - product, top);
+}
+
+// high + low, exactly.
+struct two_parts {
+    double high, low;
+};
+VI_HD constexpr two_parts exact_sum(double x, double y) { // Knuth
+    const double s = x + y, from_y = s - x;
+    return {s, (x - (s - from_y)) + (y - from_y)};
+}
+VI_HD constexpr two_parts halves(double x) { // of 26 bits each; Veltkamp
+    const double t = 134217729.0 * x, high = t - (t - x);
+    return {high, x - high};
+}
+VI_HD constexpr two_parts exact_product(double x, double y) { // Dekker
+    const double p = x * y;
+    const two_parts a = halves(x), b = halves(y);
+    return {p, ((a.high * b.high - p) + a.high * b.low + a.low * b.high) + a.low * b.low};
+}
+// x + y; where it is between two doubles, the one of them whose last bit is set.
+VI_HD constexpr double sum_to_odd(double x, double y) {
+    const two_parts sum = exact_sum(x, y);
+    const auto b = __builtin_bit_cast(unsigned long long, sum.high);
+    if (sum.low == 0.0 || (b & 1)) return sum.high;
+    return __builtin_bit_cast(double, (sum.high > 0.0) == (sum.low > 0.0) ? b + 1 : b - 1);
+}
+
+// 2^-range <= |x| < 2^(range + 1)
+VI_HD constexpr bool is_within(double x, int range) {
+    const auto exponent =
+        static_cast<int>(__builtin_bit_cast(unsigned long long, x) >> 52 & 0x7ff) - 1023;
+    return -range <= exponent && exponent <= range;
+}
+
+VI_HD constexpr double exact_fma(double a, double b, double c) {
+    // The last bit of a product is 2^-904 or more, of an addend 2^-852: no part is subnormal.
+    if (!is_within(a, 400) || !is_within(b, 400) || !(is_within(c, 800) || c == 0.0))
+        return fma_in_whole_numbers(a, b, c);
+    const two_parts product = exact_product(a, b);
+    const two_parts low = exact_sum(c, product.low), high = exact_sum(product.high, low.high);
+    return high.high + sum_to_odd(low.low, high.low);
 }
 
 } // namespace detail
