@@ -9,7 +9,10 @@ from typing import Any
 
 import pytest
 
-FLAGS = ("--no-sandbox", "--headless", "--disable-gpu")
+# WebGL is drawn by the processor.
+FLAGS = (
+    "--no-sandbox", "--headless", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+)  # fmt: skip
 
 
 @contextmanager

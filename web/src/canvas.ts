@@ -10,7 +10,7 @@ export let ink: Ink = {};
 /** Read the colours of the page, which its scheme chooses. */
 export function readColours(): void {
   const style = getComputedStyle(document.documentElement);
-  const names = ["panel", "ink", "soft", "line", "body", "a", "b", "c", "d", "flash", "point"];
+  const names = ["panel", "ink", "soft", "line", "body", "a", "b", "c", "d", "flash", "few", "many"];
   ink = Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 

@@ -363,7 +363,7 @@ function listen(): void {
   $("link").onclick = () => void copy(location.href, "The link");
   $("controls").onsubmit = (event) => event.preventDefault();
   $("s-stop").onchange = () => section.restart();
-  for (const id of ["s-x", "s-y"]) $(id).onchange = () => section.redraw();
+  for (const id of ["s-x", "s-y"]) $(id).onchange = () => section.fit();
   document.addEventListener("keydown", (event) => {
     if ((event.target as HTMLElement).closest("input, select, button, textarea, summary")) return;
     if (event.key === " ") $("run").click();

@@ -1,46 +1,53 @@
-// The section: states after impacts at a stop, counted by pixel, millions of them.
+// The section: states after impacts at a stop, millions of them, in a view that zooms and moves.
 
-import { type Axes, frameOf, ink, paint } from "./canvas";
+import { BOTTOM, frameOf, ink, LEFT, paint, RIGHT, TOP } from "./canvas";
 import type { Crew } from "./crew";
+import { Density } from "./density";
 import { $, chosen } from "./dom";
 
-const MOST_POINTS = 3000000;
-const FEW = 4000; // pixels with points below which each is drawn larger
-const MOST_ROWS = 100000; // of the table, the latest
+const MOST_POINTS = 4000000, MOST_BYTES = 128e6; // of the graphics processor
+const BEGINS = 50; // points that show how the motion begins: the view of all is of those after them
+const KEPT = 100000; // points of the table, the latest
+const LOOKED_AT = 10000; // of the latest points: whether they fall on few pixels, and what is drawn without WebGL
+const FEW = 1000; // pixels with points below which each is drawn larger
+const PAUSE = 120; // milliseconds between pictures while the section grows
+const FINEST = 1e-4; // of the largest number, a range that is still drawn: numbers of the graphics processor have 24 bits
 
-/** Counts of points by pixel, to which new points are added as long as all of them fit. */
-interface Cloud {
-  key: string;
-  range: [number, number, number, number];
-  counts: Uint32Array;
-  parts: number; // so many of `points` are counted
-  most: number;
-  pixels: number; // that have points
-}
+type Range = [x0: number, x1: number, y0: number, y1: number];
+const NONE: Range = [0, 0, 0, 0];
 
 export class Section {
-  private points: Float64Array[] = [];
+  private parts: Float64Array[] = []; // the latest points
   private width = 0;
   private total = 0;
   private rate = 0;
+  private low: number[] = []; // of every column
+  private high: number[] = [];
+  private all = NONE;
+  private zoomed: Range | null = null;
   private dirty = false;
   private drawnAt = 0;
-  private cloud: Cloud | null = null;
-  private readonly picture = document.createElement("canvas");
+  private density = Density.of(() => this.lost());
 
-  constructor(private readonly crew: Crew) {}
+  constructor(private readonly crew: Crew) {
+    this.listen();
+  }
 
   /** Contact and side that are chosen; null where the machine has no stop. */
   get stop(): [number, number] | null {
     const [contact, side] = $<HTMLSelectElement>("s-stop").value.split(",").map(Number);
     return Number.isFinite(contact) && $<HTMLSelectElement>("s-stop").value ? [contact, side] : null;
   }
+  private get columns(): [number, number] {
+    return [Number($<HTMLSelectElement>("s-x").value), Number($<HTMLSelectElement>("s-y").value)];
+  }
 
   clear(): void {
-    this.points = [];
-    this.cloud = null;
+    this.parts = [];
     this.total = this.rate = 0;
-    this.dirty = true;
+    this.width = 2 + 2 * chosen.start.x.length;
+    this.density?.clear(this.width);
+    this.fit();
     $("d-section").textContent = "";
     this.crew.section(null, () => undefined);
   }
@@ -48,14 +55,18 @@ export class Section {
     this.clear();
     if (!this.stop) return;
     const [contact, side] = this.stop, { values, start } = chosen;
-    this.crew.section({ kind: "section", values, start, contact, side, points: MOST_POINTS }, (news) => {
-      if (!news.rows) return;
-      this.width = news.width!;
-      this.points.push(news.rows);
-      this.total += news.rows.length / this.width;
-      this.rate = news.rate!;
-      this.dirty = true;
+    const points = Math.min(MOST_POINTS, Math.floor(MOST_BYTES / (4 * this.width)));
+    this.crew.section({ kind: "section", values, start, contact, side, points }, ({ rows, rate }) => {
+      if (!rows) return;
+      this.rate = rate!;
+      this.take(rows);
     });
+  }
+  /** Show all points again, also where the axes are others. */
+  fit(): void {
+    this.zoomed = null;
+    this.all = NONE;
+    this.redraw();
   }
   redraw(): void {
     this.dirty = true;
@@ -64,99 +75,151 @@ export class Section {
 
   csv(): string {
     const n = chosen.start.x.length, names = (k: string): string[] => Array.from({ length: n }, (_, i) => `${k}${i + 1}`);
-    let skipped = Math.max(0, Math.round(this.total) - MOST_ROWS);
-    const rows = [["phase", "impact_speed", ...names("x"), ...names("v")].join(",")];
-    for (const part of this.points)
-      for (let i = 0; i < part.length; i += this.width) if (skipped-- <= 0) rows.push(part.subarray(i, i + this.width).join(","));
-    return `${rows.join("\n")}\n`;
+    const rows = [...this.latest(KEPT)].map((row) => row.join(","));
+    return `${[["phase", "impact_speed", ...names("x"), ...names("v")].join(","), ...rows].join("\n")}\n`;
   }
 
-  /** Draw what is new, now and then. */
-  draw(): void {
-    const now = performance.now();
-    if (!this.dirty || now - this.drawnAt < (this.total > 20000 ? 400 : 120)) return;
-    this.drawnAt = now;
-    this.dirty = false;
-    const ix = Number($<HTMLSelectElement>("s-x").value), iy = Number($<HTMLSelectElement>("s-y").value);
-    paint("section", (c, w, h) => {
-      const ratio = devicePixelRatio || 1, W = Math.round(w * ratio), H = Math.round(h * ratio);
-      const key = [ix, iy, W, H].join();
-      const fresh = (): Cloud => ({ key, range: this.rangeOf(ix, iy), counts: new Uint32Array(W * H), parts: 0, most: 1, pixels: 0 });
-      if (!this.cloud || this.cloud.key !== key || this.cloud.parts > this.points.length) this.cloud = fresh();
-      let axes = frameOf(c, w, h, ...this.cloud.range);
-      if (!this.counted(this.cloud, axes, ix, iy, W, H, ratio)) {
-        this.cloud = fresh();
-        axes = frameOf(c, w, h, ...this.cloud.range);
-        this.counted(this.cloud, axes, ix, iy, W, H, ratio);
+  private take(rows: Float64Array): void {
+    const { width } = this;
+    for (let i = 0; i < rows.length; i += width, ++this.total) {
+      if (this.total === 0 || this.total === BEGINS) {
+        [this.low, this.high] = [new Array<number>(width).fill(Infinity), new Array<number>(width).fill(-Infinity)];
+        this.all = NONE;
       }
-      this.colour(this.cloud, W, H);
-      c.drawImage(this.picture, 0, 0, w, h);
-    });
-    $("d-section").textContent = this.total
-      ? `${Math.round(this.total).toLocaleString("en")} points, ${Math.round(this.rate * 1000).toLocaleString("en")} a second`
-      : "no impacts at this stop yet";
-  }
-
-  /** Counts as a picture. */
-  private colour({ counts, most, pixels }: Cloud, W: number, H: number): void {
-    if (this.picture.width !== W || this.picture.height !== H) [this.picture.width, this.picture.height] = [W, H];
-    const c = this.picture.getContext("2d")!, image = c.createImageData(W, H);
-    const [r, g, b] = ink.point.split(",").map(Number), full = Math.log1p(most), spread = pixels < FEW;
-    const put = (at: number, alpha: number): void => {
-      const k = 4 * at;
-      image.data[k] = r;
-      image.data[k + 1] = g;
-      image.data[k + 2] = b;
-      image.data[k + 3] = Math.max(image.data[k + 3], 255 * alpha);
-    };
-    for (let at = 0; at < counts.length; ++at)
-      if (counts[at]) {
-        const alpha = 0.35 + (0.65 * Math.log1p(counts[at])) / full;
-        put(at, alpha);
-        if (spread) for (const step of [1, -1, W, -W]) if (at + step > 0 && at + step < counts.length && !counts[at + step]) put(at + step, alpha);
-      }
-    c.putImageData(image, 0, 0);
-  }
-
-  /** Range of the points but for the first ones, which show how the motion begins. */
-  private rangeOf(ix: number, iy: number): [number, number, number, number] {
-    let [x0, x1, y0, y1] = [Infinity, -Infinity, Infinity, -Infinity], seen = 0;
-    const skipped = Math.min(50, this.total / 5);
-    for (const rows of this.points)
-      for (let i = 0; i < rows.length; i += this.width) {
-        if (seen++ < skipped) continue;
-        x0 = Math.min(x0, rows[i + ix]);
-        x1 = Math.max(x1, rows[i + ix]);
-        y0 = Math.min(y0, rows[i + iy]);
-        y1 = Math.max(y1, rows[i + iy]);
-      }
-    const widened = (a: number, b: number): [number, number] => {
-      if (!(b >= a)) return [0, 1];
-      const edge = Math.max(0.06 * (b - a), 1e-9 * Math.max(Math.abs(a), Math.abs(b)), 1e-300);
-      return [a - edge, b + edge];
-    };
-    const turn: [number, number] = [0, 2 * Math.PI];
-    return [...(ix === 0 ? turn : widened(x0, x1)), ...(iy === 0 ? turn : widened(y0, y1))];
-  }
-
-  /** Count the points that are new. False where some of them lie outside. */
-  private counted(cloud: Cloud, axes: Axes, ix: number, iy: number, W: number, H: number, ratio: number): boolean {
-    const ax = axes.x(0) * ratio, bx = (axes.x(1) - axes.x(0)) * ratio, ay = axes.y(0) * ratio, by = (axes.y(1) - axes.y(0)) * ratio;
-    const [x0, x1, y0, y1] = cloud.range, begins = cloud.parts === 0;
-    let outside = 0;
-    for (; cloud.parts < this.points.length; ++cloud.parts) {
-      const rows = this.points[cloud.parts];
-      for (let i = 0; i < rows.length; i += this.width) {
-        const x = rows[i + ix], y = rows[i + iy];
-        if (!(x >= x0 && x <= x1 && y >= y0 && y <= y1)) {
-          ++outside;
-          continue;
-        }
-        const at = Math.min(H - 1, Math.round(ay + by * y)) * W + Math.min(W - 1, Math.round(ax + bx * x));
-        if (!cloud.counts[at]) ++cloud.pixels;
-        cloud.most = Math.max(cloud.most, ++cloud.counts[at]);
+      for (let k = 0; k < width; ++k) {
+        if (rows[i + k] < this.low[k]) this.low[k] = rows[i + k];
+        if (rows[i + k] > this.high[k]) this.high[k] = rows[i + k];
       }
     }
-    return begins || outside === 0;
+    this.density?.add(rows);
+    this.parts.push(rows);
+    for (let kept = this.parts.reduce((sum, part) => sum + part.length, 0); kept - this.parts[0].length > KEPT * width; ) kept -= this.parts.shift()!.length;
+    this.dirty = true;
+  }
+  /** So many of the latest points. */
+  private *latest(most: number): Generator<Float64Array> {
+    const { width } = this;
+    let skipped = this.parts.reduce((sum, part) => sum + part.length / width, 0) - most;
+    for (const part of this.parts)
+      if ((skipped -= part.length / width) < 0)
+        for (let i = Math.max(0, part.length + Math.ceil(skipped) * width); i < part.length; i += width) yield part.subarray(i, i + width);
+  }
+  /** The graphics processor has been taken away, and the points with it. */
+  private lost(): void {
+    this.density = Density.of(() => this.lost());
+    this.restart();
+  }
+
+  /** Draw what is new, now and then; another view at once. */
+  draw(): void {
+    const now = performance.now();
+    if (!this.dirty || now - this.drawnAt < PAUSE) return;
+    this.drawnAt = now;
+    this.dirty = false;
+    this.widen();
+    paint("section", (c, w, h) => {
+      const [ix, iy] = this.columns, range = this.total ? (this.zoomed ?? this.all) : ([0, 1, 0, 1] as Range), { x, y } = frameOf(c, w, h, ...range);
+      if (!this.total) return;
+      const ratio = devicePixelRatio || 1, pw = w - LEFT - RIGHT, ph = h - TOP - BOTTOM;
+      c.save();
+      c.beginPath();
+      c.rect(LEFT, TOP, pw, ph);
+      c.clip();
+      if (this.density) {
+        const size: [number, number] = [Math.max(1, Math.round(pw * ratio)), Math.max(1, Math.round(ph * ratio))];
+        const part = this.zoomed ? Math.min(1, area(this.zoomed) / area(this.all)) : 1;
+        const point = this.fallsOnFew(range, size) ? Math.round(3 * ratio) : 1;
+        const drawn = this.density.show({ columns: [ix, iy], range, part, size, point }, rgb(ink.few), rgb(ink.many));
+        if (drawn < this.total) this.redraw(); // the rest with the next frames
+        c.drawImage(this.density.canvas, LEFT, TOP, pw, ph);
+      } else {
+        c.fillStyle = ink.many;
+        for (const row of this.latest(LOOKED_AT)) c.fillRect(x(row[ix]) - 0.6, y(row[iy]) - 0.6, 1.2, 1.2);
+      }
+      c.restore();
+    });
+    this.describe();
+  }
+  private describe(): void {
+    if (!this.total) return void ($("d-section").textContent = "no impacts at this stop yet");
+    const words = (x: number): string => Math.round(x).toLocaleString("en");
+    const seen = this.density ? "" : ` This browser has no WebGL 2: the latest ${words(Math.min(LOOKED_AT, this.total))} are drawn.`;
+    $("d-section").textContent = `${words(this.total)} points, ${words(this.rate * 1000)} a second.${seen} Dragging moves, after a click the wheel zooms, a double click shows all.`;
+  }
+
+  /** Widen the view of all points where some lie outside. */
+  private widen(): void {
+    const [ix, iy] = this.columns, [x0, x1, y0, y1] = this.all, turn = [0, 2 * Math.PI] as const;
+    const fits = (i: number, a: number, b: number): boolean => i === 0 ? a === turn[0] && b === turn[1] : a <= this.low[i] && this.high[i] <= b && a < b;
+    if (!this.total || (fits(ix, x0, x1) && fits(iy, y0, y1))) return;
+    const widened = (i: number): readonly [number, number] => {
+      const a = this.low[i], b = this.high[i], edge = Math.max(0.06 * (b - a), 1e-9 * Math.max(Math.abs(a), Math.abs(b)), 1e-300);
+      return i === 0 ? turn : [a - edge, b + edge];
+    };
+    this.all = [...widened(ix), ...widened(iy)];
+  }
+  /** Whether the latest points fall on few pixels. */
+  private fallsOnFew([x0, x1, y0, y1]: Range, [w, h]: [number, number]): boolean {
+    const [ix, iy] = this.columns, seen = new Set<number>();
+    for (const row of this.latest(LOOKED_AT)) {
+      const x = (row[ix] - x0) / (x1 - x0), y = (row[iy] - y0) / (y1 - y0);
+      if (x >= 0 && x <= 1 && y >= 0 && y <= 1) seen.add(Math.round(x * w) + (w + 1) * Math.round(y * h));
+    }
+    return seen.size < FEW;
+  }
+
+  // ---- zooming and moving ------------------------------------------------------------------------
+
+  /** Scale the view about a point of it, 0 to 1 from left and from below, and move it by parts of its size. */
+  private zoom(factor: number, at: [number, number] = [0.5, 0.5], by: [number, number] = [0, 0]): void {
+    if (!this.total) return;
+    const [x0, x1, y0, y1] = this.zoomed ?? this.all;
+    const scaled = (a: number, b: number, s: number, move: number): [number, number] => {
+      const finest = FINEST * Math.max(Math.abs(a), Math.abs(b)), f = Math.max(factor, Math.min(1, finest / (b - a)));
+      const fixed = a + s * (b - a), shift = move * (b - a);
+      return [fixed + f * (a - fixed) - shift, fixed + f * (b - fixed) - shift];
+    };
+    this.zoomed = [...scaled(x0, x1, at[0], by[0]), ...scaled(y0, y1, at[1], by[1])];
+    this.redraw();
+  }
+  private listen(): void {
+    const canvas = $<HTMLCanvasElement>("section"), held = new Map<number, [number, number]>();
+    const place = (event: MouseEvent): [number, number] => {
+      const box = canvas.getBoundingClientRect();
+      return [(event.clientX - box.left - LEFT) / (box.width - LEFT - RIGHT), 1 - (event.clientY - box.top - TOP) / (box.height - TOP - BOTTOM)];
+    };
+    canvas.onwheel = (event) => {
+      if (!event.ctrlKey && document.activeElement !== canvas) return; // the page scrolls
+      event.preventDefault();
+      this.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY / 300))), place(event));
+    };
+    canvas.ondblclick = () => this.fit();
+    canvas.onpointerdown = (event) => {
+      held.set(event.pointerId, place(event));
+      canvas.setPointerCapture(event.pointerId);
+    };
+    canvas.onpointerup = canvas.onpointercancel = (event) => held.delete(event.pointerId);
+    canvas.onpointermove = (event) => {
+      const from = held.get(event.pointerId), to = place(event);
+      if (!from) return;
+      held.set(event.pointerId, to);
+      const [other] = [...held].filter(([id]) => id !== event.pointerId).map(([, one]) => one);
+      if (other) { // two fingers: their distance zooms
+        const distance = (one: [number, number]): number => Math.max(0.02, Math.hypot(one[0] - other[0], one[1] - other[1]));
+        this.zoom(distance(from) / distance(to), other);
+      } else if (event.pointerType === "mouse" || event.pointerType === "pen") this.zoom(1, [0, 0], [to[0] - from[0], to[1] - from[1]]);
+    };
+    canvas.addEventListener("keydown", (event) => {
+      const moves: Record<string, [number, number]> = { ArrowLeft: [0.1, 0], ArrowRight: [-0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] };
+      if (event.key in moves) this.zoom(1, [0, 0], moves[event.key]);
+      else if (event.key === "+" || event.key === "=") this.zoom(0.8);
+      else if (event.key === "-") this.zoom(1.25);
+      else if (event.key === "0") this.fit();
+      else return;
+      event.preventDefault();
+    });
   }
 }
+
+const area = ([x0, x1, y0, y1]: Range): number => (x1 - x0) * (y1 - y0);
+const rgb = (colour: string): number[] => colour.match(/[0-9a-f]{2}/gi)!.map((part) => parseInt(part, 16) / 255);
