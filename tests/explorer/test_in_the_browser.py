@@ -431,7 +431,7 @@ def test_in_another_page_the_state_is_set_and_told(tab: Any, tmp_path: Path) -> 
 
 HERE_ALONE = "http://localhost:9"  # nobody is asked there
 NOTEBOOK = """<!doctype html><div id="cell"></div><script type="module">
-import widget from "./widget.js";
+import widget from "./script.js";
 const heard = {}, traits = %s;
 const page = Uint8Array.from(atob(%s), (c) => c.charCodeAt(0));
 window.model = {
@@ -440,7 +440,11 @@ window.model = {
   save_changes: () => { window.saved = traits.link; },
   on: (name, f) => { heard[name] = f; },
   off: (name) => { delete heard[name]; },
-  send: () => heard["msg:custom"]({ link: traits.link }, [new DataView(page.buffer)]),
+  send: ({ question }) => {
+    const answer = new TextEncoder().encode(JSON.stringify({ refused: `asked for ${question?.values.restitution}` }));
+    setTimeout(() => question ? heard["msg:custom"]({ question }, [new DataView(answer.buffer)])
+                              : heard["msg:custom"]({ link: traits.link }, [new DataView(page.buffer)]));
+  },
   assign: (link) => { traits.link = link; heard["change:link"](); },
 };
 widget.render({ model, el: document.getElementById("cell") });
@@ -453,13 +457,16 @@ def test_the_widget_takes_links_and_gives_those_of_the_page(browser: Any) -> Non
     content = page.page_with({"impact-damper": machine_data(damper)}, "impact-damper").encode()
     traits = json.dumps({"link": link, "height": 700})
     notebook = NOTEBOOK % (traits, json.dumps(base64.b64encode(content).decode()))
-    script = Path(widget.__file__).with_name("widget.js")
+    script = vi.Explorer(damper).widget._esm
     tab, errors = browser.new_page(), list[str]()
     tab.on("pageerror", lambda error: errors.append(str(error)))
     tab.route(
         f"{HERE_ALONE}/", lambda route: route.fulfill(body=notebook, content_type="text/html")
     )
-    tab.route(f"{HERE_ALONE}/widget.js", lambda route: route.fulfill(path=script))
+    tab.route(
+        f"{HERE_ALONE}/script.js",
+        lambda route: route.fulfill(body=script, content_type="text/javascript"),
+    )
     tab.goto(f"{HERE_ALONE}/")
     field = tab.frame_locator("iframe").locator("#f-omega")
     tab.wait_for_function("window.saved")
@@ -474,4 +481,9 @@ def test_the_widget_takes_links_and_gives_those_of_the_page(browser: Any) -> Non
     tab.evaluate("link => model.assign(link)", link_of(replace(damper, omega=1.5), start))
     tab.wait_for_function("/omega=1.5&.*x=0.5,-0.25&v=0,1&phase=0.5/.test(window.saved)")
     assert float(field.input_value()) == 1.5
+    behind = link_of(replace(damper, restitution=0.0), start).replace(
+        "restitution=0.0", "restitution=-2"
+    )
+    tab.evaluate("link => model.assign(link)", behind)
+    tab.frame_locator("iframe").get_by_text("asked for -2").wait_for()
     assert errors == []

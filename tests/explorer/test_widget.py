@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from functools import cache
@@ -13,7 +14,7 @@ import pytest
 import vibroimpact as vi
 from vibroimpact.explorer import page, widget
 from vibroimpact.explorer.link import link_of, read_link
-from vibroimpact.explorer.page_data import machine_data
+from vibroimpact.explorer.page_data import machine_data, values_of
 
 DAMPER = vi.ImpactDamper(**vi.ImpactDamper.example)
 START = vi.State((0.1, -1.0 / 3.0), (1e-7, 1e21), 2.5)
@@ -88,18 +89,25 @@ def test_another_machine_is_another_page(explorer: vi.Explorer) -> None:
     assert b'id="machines"' in content
 
 
-def test_values_that_no_recording_gives_make_another_page(
-    explorer: vi.Explorer, monkeypatch: pytest.MonkeyPatch
+def asked(explorer: vi.Explorer, **values: float) -> dict[str, Any]:
+    """What the page is told when it asks for a compilation at these values."""
+    question = {
+        "machine": "impact-damper", "values": {**values_of(DAMPER), **values},
+        "start": {"x": [0.0, 0.0], "v": [0.0, 0.0], "phase": 0.0},
+    }  # fmt: skip
+    explorer.widget._handle_custom_msg({"question": question}, [])
+    message, (content,) = explorer.widget.send.pop()
+    assert message == {"question": question}
+    return dict(json.loads(content))
+
+
+def test_the_page_is_given_a_compilation_at_values_that_it_was_not_given(
+    explorer: vi.Explorer,
 ) -> None:
-    monkeypatch.setattr(widget, "is_covered", lambda system, _: system.omega < 2.0)
-    link = explorer.widget.link
-    explorer.widget.set_state({"link": link.replace("omega=1.2", "omega=1.9")})
-    assert not explorer.widget.send
-    explorer.widget.set_state({"link": link.replace("omega=1.2", "omega=2.1")})
-    assert [message["link"] for message, _ in explorer.widget.send] == [
-        link_of(explorer.system, explorer.start)
-    ]
-    assert explorer.system.omega == 2.1
+    assert asked(explorer, restitution=0.0)["recording"]["inputs"] == [*values_of(DAMPER)]
+    assert "restitution" in asked(explorer, restitution=-2.0)["refused"]
+    explorer.widget._handle_custom_msg({"wants": "page"}, [])
+    assert explorer.widget.send.pop()[0] == {"link": explorer.widget.link}
 
 
 def test_a_start_behind_a_stop_is_refused(explorer: vi.Explorer) -> None:

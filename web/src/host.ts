@@ -2,7 +2,10 @@
 
 import type { Recording, Start } from "./data";
 
-export interface State {
+export interface State extends Question {
+  link: string; // permalink
+}
+export interface Question {
   machine: string;
   values: Record<string, number>;
   start: Start;
@@ -11,8 +14,8 @@ export interface Changes {
   machine?: string;
   values?: Record<string, number>;
   start?: Partial<Start>;
+  link?: string; // which names all of these
 }
-export type Question = State;
 export interface Answer {
   refused?: string;
   recording?: Recording;
@@ -39,13 +42,13 @@ export function tell(state: State): void {
 }
 
 /** Say that the page is ready, and hear what is set. */
-export function listenToHost(set: (changes: Changes) => void, show: (panels: string[]) => void): void {
+export function listenToHost(set: (changes: Changes) => Promise<void>, show: (panels: string[]) => void): void {
   addEventListener("message", ({ source, data }: MessageEvent<{ vibroimpact?: Heard } | null>) => {
     const heard = data?.vibroimpact;
     if (source !== host || !heard) return;
     if (heard.answers) answers = true;
     if (heard.panels?.length) show(heard.panels);
-    if (heard.state && Object.keys(heard.state).length) set(heard.state);
+    if (heard.state && Object.keys(heard.state).length) void set(heard.state);
     if (heard.question) {
       const key = JSON.stringify(heard.question);
       waiting.get(key)?.(heard.answer ?? {});

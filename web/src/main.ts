@@ -46,7 +46,7 @@ async function begin(): Promise<void> {
   const menu = $<HTMLSelectElement>("machine");
   const titles = { ...others, ...Object.fromEntries(Object.entries(machines).map(([name, one]) => [name, one.title])) };
   menu.replaceChildren(...Object.entries(titles).map(([name, title]) => new Option(`${name} — ${title}`, name)));
-  const from = await readHash(), said = $("say").textContent ?? "";
+  const from = await readLink(location.hash.slice(1)), said = $("say").textContent ?? "";
   choose(from?.machine ?? all.chosen, from ?? {});
   if (said) say(said);
   listen();
@@ -70,10 +70,10 @@ async function known(name: string): Promise<boolean> {
 }
 
 let shown: string[] = []; // panels that the link names; none: all
-async function readHash(): Promise<Changes | null> {
-  const hash = location.hash.slice(1);
-  if (!hash) return null;
-  const given = new URLSearchParams(hash), name = given.get("machine") ?? "";
+/** What a permalink names; null where its machine is not here. */
+async function readLink(link: string): Promise<Changes | null> {
+  if (!link) return null;
+  const given = new URLSearchParams(link.replaceAll("+", "%2B")), name = given.get("machine") ?? "";
   if (given.has("show")) show(given.get("show")!.split(","));
   if (!(await known(name))) {
     say(`The link names the machine ${JSON.stringify(name)}, which is not here. This is another one.`);
@@ -93,12 +93,10 @@ async function readHash(): Promise<Changes | null> {
   return { machine: name, values, start };
 }
 
-function writeHash(): void {
-  const { machine, values, start } = chosen;
+function linkOf({ machine, values, start }: typeof chosen): string {
   const words = [`machine=${machine.name}`, ...machine.parameters.map((p) => `${encodeURIComponent(p.name)}=${values[p.name]}`)];
   words.push(`x=${start.x.join(",")}`, `v=${start.v.join(",")}`, `phase=${start.phase}`);
-  if (shown.length) words.push(`show=${shown.join(",")}`);
-  if (addressed) history.replaceState(null, "", `#${words.join("&")}`);
+  return words.join("&");
 }
 
 function choose(name: string, changes: Changes): void {
@@ -122,13 +120,17 @@ function choose(name: string, changes: Changes): void {
 }
 
 /** Take what the host sets; what it does not name stays. */
-function set(changes: Changes): void {
+async function set(given: Changes): Promise<void> {
+  const changes = given.link === undefined ? given : await readLink(given.link);
+  if (!changes) return;
+  const said = given.link === undefined ? "" : ($("say").textContent ?? "");
   const name = changes.machine ?? chosen.machine.name;
   if (!(name in machines)) return say(`There is no machine ${JSON.stringify(name)} here.`);
   if (name !== chosen.machine.name) return choose(name, changes);
   chosen.values = { ...chosen.values, ...changes.values };
   chosen.start = structuredClone({ ...chosen.start, ...changes.start });
   changed();
+  if (said) say(said);
 }
 /** Take parameters, or coordinates of the start by their names. */
 function take({ values, start }: Taken): void {
@@ -157,8 +159,9 @@ let track: { t: number[]; x: number[][] } = { t: [], x: [] };
 function restart(): void {
   const { machine, values, start } = chosen;
   say("");
-  writeHash();
-  tell({ machine: machine.name, values, start });
+  const link = linkOf(chosen);
+  if (addressed) history.replaceState(null, "", `#${link}${shown.length ? `&show=${shown.join(",")}` : ""}`);
+  tell({ machine: machine.name, values, start, link });
   time = 0;
   scale.size = 1e-300;
   track = { t: [], x: machine.start.x.map(() => []) };
@@ -372,7 +375,7 @@ function listen(): void {
     event.preventDefault();
   });
   addEventListener("hashchange", async () => {
-    const link = await readHash(), said = $("say").textContent ?? "";
+    const link = await readLink(location.hash.slice(1)), said = $("say").textContent ?? "";
     if (link) choose(link.machine!, link);
     if (said) say(said);
   });

@@ -4,8 +4,8 @@
 //   explorer.setState({ values: { omega: 0.9 } });
 //   explorer.onState((state) => console.log(state.machine, state.values, state.start));
 //
-// A state is {machine: name, values: {parameter: number}, start: {x: [...], v: [...], phase}}; to set one, what it does
-// not name stays. The page is the text of page_with() in page.py, or the address of such a file.
+// A state is {machine: name, values: {parameter: number}, start: {x: [...], v: [...], phase}}; one that is told has also
+// its permalink, `link`. To set one, what it does not name stays; {link} sets what the link names. The page is the text of page_with() in page.py, or the address of such a file.
 
 /**
  * Show the page in an element.
@@ -25,17 +25,20 @@ export function mount(element, page, { state = {}, panels = [], height = "44rem"
   frame.allow = "clipboard-write";
   frame.style.cssText = `width: 100%; height: ${height}; border: 0`;
   const send = (message) => frame.contentWindow?.postMessage({ vibroimpact: message }, "*");
+  const tell = () => hearers.forEach((one) => one(last));
   const hear = async ({ source, data }) => {
     const message = data?.vibroimpact;
     if (source !== frame.contentWindow || !message) return;
     if (message.ready) {
       ready = true;
+      if (Object.keys(waiting).length) last = null; // of its own; the page will tell that which is set
+      else tell();
       send({ state: waiting, panels, answers: answer !== null });
     } else if (message.question) {
       send({ question: message.question, answer: await answer(message.question) });
     } else if (message.state) {
       last = message.state;
-      for (const one of hearers) one(last);
+      if (ready) tell();
     }
   };
   addEventListener("message", hear);
@@ -49,7 +52,7 @@ export function mount(element, page, { state = {}, panels = [], height = "44rem"
     },
     onState(one) {
       hearers.add(one);
-      if (last) one(last);
+      if (ready && last) one(last);
       return () => hearers.delete(one);
     },
     remove() {

@@ -208,15 +208,6 @@ def covers(recording: Data, values: Mapping[str, float], pace: float = 0.0) -> b
     return repeated([inputs[name] for name in recording["inputs"]], recording) is not None
 
 
-def is_covered(system: System, recordings: Iterable[Data]) -> bool:
-    """Whether one of the recordings gives the system at its values."""
-    values = values_of(system)
-    met = _met(system, values)
-    return met is not None and any(
-        covers(one, values, pace) for one in recordings for pace in {0.0, met.pace}
-    )
-
-
 def recordings_of(system: System, values: Mapping[str, float] | None = None) -> list[Data]:
     """Recordings of a system at its values, and at others that go another way through the code."""
     at = values_of(system) if values is None else dict(values)

@@ -1,41 +1,44 @@
-// The explorer in a notebook: the built page in a frame, whose address is the trait `link`. The page, half a megabyte,
-// is asked for and kept out of the notebook's file.
-const LOOKS_EVERY = 200; // milliseconds
+// The explorer in a notebook: embed.js, which stands before this text, with the trait `link` as its state. The page, half
+// a megabyte, is asked for and kept out of the notebook's file; Python is asked for compilations that it does not have.
 
 export default {
   render({ model, el }) {
-    const frame = document.createElement("iframe");
-    frame.title = "vibroimpact explorer";
-    frame.style.cssText = `width: 100%; height: ${model.get("height")}px; border: 0`;
-    el.append(frame);
-    let address = "", seen = "";
-    const show = (message, buffers) => {
-      URL.revokeObjectURL(address);
-      address = URL.createObjectURL(new Blob([buffers[0]], { type: "text/html" }));
-      seen = message.link;
-      frame.src = `${address}#${seen}`;
-    };
-    const take = () => {
-      if (model.get("link") === seen || !address) return;
-      seen = model.get("link");
-      frame.contentWindow.location.hash = seen;
-    };
-    const look = () => {
-      const link = address && frame.contentDocument?.body?.dataset.ready ? frame.contentWindow.location.hash.slice(1) : "";
-      if (!link || link === seen) return;
+    let explorer = null, seen = "";
+    const asked = new Map(); // who waits, by question
+    const answer = (question) =>
+      new Promise((done) => {
+        asked.set(JSON.stringify(question), done);
+        model.send({ question });
+      });
+    const hear = ({ link }) => {
+      if (link === seen) return;
       seen = link;
       model.set("link", link);
       model.save_changes();
     };
-    model.on("msg:custom", show);
+    const take = () => {
+      if (model.get("link") === seen) return;
+      seen = model.get("link");
+      explorer?.setState({ link: seen });
+    };
+    const receive = (message, buffers) => {
+      const text = new TextDecoder().decode(buffers[0]);
+      if (message.question) {
+        asked.get(JSON.stringify(message.question))?.(JSON.parse(text));
+        return;
+      }
+      explorer?.remove();
+      seen = message.link;
+      explorer = mount(el, text, { state: { link: seen }, height: `${model.get("height")}px`, answer });
+      explorer.onState(hear);
+    };
+    model.on("msg:custom", receive);
     model.on("change:link", take);
-    const timer = setInterval(look, LOOKS_EVERY);
     model.send({ wants: "page" });
     return () => {
-      clearInterval(timer);
-      model.off("msg:custom", show);
+      model.off("msg:custom", receive);
       model.off("change:link", take);
-      URL.revokeObjectURL(address);
+      explorer?.remove();
     };
   },
 };

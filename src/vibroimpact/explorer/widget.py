@@ -2,25 +2,24 @@
 
 Method      The state of the page is its permalink (link.py), a trait of the widget: where the page's changes, Python
             reads it, and what Python writes the page takes as it takes a link. The page itself is asked for by a
-            message, so that a saved notebook does not hold it.
+            message, so that a saved notebook does not hold it; so are compilations at values that it was not given.
+            It is shown by embed.js, as in any other page.
 Fails       values that the machine refuses: the page says why, and Python keeps those before
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from vibroimpact._core.checks import check_count, refusal
-from vibroimpact._core.columns import Split
 from vibroimpact._core.errors import BackendUnavailableError, VibroImpactError
 from vibroimpact.compile.hybrid import compile_mechanism
 from vibroimpact.explorer.link import link_of, read_link
-from vibroimpact.explorer.page import check_built, page_with
-from vibroimpact.explorer.page_data import is_covered, machine_data, start_of
+from vibroimpact.explorer.page import answer_of, check_built, page_with
+from vibroimpact.explorer.page_data import json_text, machine_data, start_of
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.simulation.simulate import begin
@@ -74,7 +73,7 @@ class Explorer:
         self._system, self._start = system, start
         self._told = list[Callable[[Explorer], object]]()
         self.widget: Any = kind(link=link_of(system, start), height=height)
-        self.widget.on_msg(lambda *_: self._send_page())
+        self.widget.on_msg(lambda _, content, *__: self._answer(content))
         self.widget.observe(self._hear, "link")
 
     @property
@@ -115,21 +114,22 @@ class Explorer:
         return self.widget._repr_mimebundle_(**options)
 
     def _show(self, system: System, start: State) -> None:
-        """Let the page have another machine or start; one that its recordings do not give is written down first."""
-        if not self._is_recorded(system):
+        """Let the page have another start or other values; with another machine it begins again."""
+        is_another = not self._is_ours(system)
+        if is_another:
             self._data, self._recorded = machine_data(system, start), system
-            self._system, self._start = system, start
-            self._send_page()
         self._system, self._start = system, start
+        if is_another:
+            self._send_page()
         self.widget.link = link_of(system, start)
 
-    def _is_recorded(self, system: System) -> bool:
-        """Whether the page has this machine at other values, and recordings that give it at these."""
+    def _is_ours(self, system: System) -> bool:
+        """Whether this is the page's machine, at whatever values."""
         try:
             same, _ = read_link(link_of(system, self._start), self._recorded, self._start)
         except VibroImpactError:
             return False
-        return same == system and is_covered(system, self._data["recordings"])
+        return same == system
 
     def _hear(self, _: object) -> None:
         """Take what the page has now."""
@@ -140,12 +140,17 @@ class Explorer:
             return  # the page says why
         if (system, start) == (self._system, self._start):
             return
-        with suppress(
-            VibroImpactError, ArithmeticError, TypeError, Split
-        ):  # the page says that it cannot
-            self._show(system, start)
+        self._system, self._start = system, start
         for function in self._told:
             function(self)
+
+    def _answer(self, content: Any) -> None:
+        """Send what the page asks for: itself, or a compilation at the values that it has now."""
+        if "question" not in content:
+            self._send_page()
+            return
+        answer = answer_of({self._data["name"]: self._recorded}, content["question"])
+        self.widget.send({"question": content["question"]}, [json_text(answer).encode()])
 
     def _send_page(self) -> None:
         """Send the page, at the present machine and start."""
@@ -169,6 +174,7 @@ def _kind() -> Any:
         raise BackendUnavailableError(
             "Explorer: needs anywidget, which is not installed. Run: pip install 'vibroimpact[notebook]'."
         ) from None
-    script = Path(__file__).with_name("widget.js")
-    traits = {"_esm": script, "link": Unicode().tag(sync=True), "height": Int().tag(sync=True)}
+    scripts = (Path(__file__).with_name(name) for name in ("embed.js", "widget.js"))
+    text = "\n".join(script.read_text(encoding="utf-8") for script in scripts)
+    traits = {"_esm": text, "link": Unicode().tag(sync=True), "height": Int().tag(sync=True)}
     return type("ExplorerWidget", (AnyWidget,), {"__module__": __name__, **traits})
