@@ -12,7 +12,7 @@ from support.massless import DASH, OWN, C, K, M, jenkins, maxwell
 from support.systems import paper_damper
 
 import vibroimpact as vi
-from vibroimpact.measures.linear import FreeMotion, free_motion
+from vibroimpact.measures.linear import FreeMotion, free_motion, free_motions
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.orbits.stability import Stability
 
@@ -230,6 +230,30 @@ def test_the_motion_without_impacts_of_a_massless_coordinate_is_that_of_its_impe
     response = vi.frequency_response(machine, "omega", (1.2, 1.4), points=3, starts=1, settle_periods=50, periods=5,
                                      progress=False)  # fmt: skip
     assert "no motion without impacts" not in str(response)
+
+
+def test_motions_without_impacts_at_many_values_are_those_one_by_one_and_resonance_has_none() -> (
+    None
+):
+    def undamped(omega: float) -> vi.Mechanism:
+        return vi.Mechanism(
+            mass=[[1.0, 0.0], [0.0, 0.1]], damping=[[0.0, 0.0], [0.0, 0.0]], stiffness=[[1.0, 0.0], [0.0, 0.0]],
+            forces=(vi.Harmonic(omega, (1.0, 0.0)),),
+            elements=(vi.RigidStop((-1.0, 1.0), lower=-3.0, upper=9.0),),
+        )  # fmt: skip
+
+    values = np.array([0.5, 1.0, 2.0])
+    below, resonance, above = free_motions(vi.Family(undamped, omega=0.5), "omega", values)
+    assert resonance == "it resonates without damping"
+    for omega, motion in ((0.5, below), (2.0, above)):
+        assert isinstance(motion, FreeMotion)
+        assert motion.clearance_to_grazing == pytest.approx(6.0 - 1.0 / abs(1.0 - omega**2))
+        alone = free_motion(undamped(omega))
+        assert isinstance(alone, FreeMotion)
+        np.testing.assert_allclose(motion.offset, alone.offset, rtol=1e-12)
+        assert motion.reaches == [
+            (stop, pytest.approx(gap, rel=1e-12)) for stop, gap in FreeMotion(alone.system, alone.offset).reaches
+        ]  # fmt: skip
 
 
 def test_a_free_mass_stands_in_the_middle_of_what_the_motion_leaves() -> None:

@@ -196,6 +196,11 @@ class Rows:
         """Frequency of the first forcing line, shape (k,)."""
         return self._base[:, 2]
 
+    @property
+    def omegas(self) -> Dual:
+        """Frequency of each forcing line, shape (k, lines)."""
+        return self._base[:, 3:]
+
     def _mode(self, code: int) -> _Mode:
         if code not in self._modes:
             n, whole = self.mechanism.degrees, self.numbers(("mode", code), partial(_of_mode, code))

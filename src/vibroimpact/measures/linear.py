@@ -12,17 +12,18 @@ Fails       a sentence: no forcing, an element that acts without being met, a fo
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Floats
-from vibroimpact._kernel import Jet
-from vibroimpact.measures.flights import Flights, Struck, derivative, dual, jet, rows_of
+from vibroimpact.compile.piecewise import Piecewise
+from vibroimpact.measures.flights import Flights, Rows, Struck, rows_of
 from vibroimpact.model.mechanism import Mechanism, accelerations, with_mass
-from vibroimpact.model.parameters import expanded
+from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
@@ -68,27 +69,12 @@ class FreeMotion:
 
     def flights(self, parameter: str = "") -> Flights:
         """The motion as one flight, with its derivatives by a parameter."""
-        rows = rows_of(self.system, parameter)
-        state, by, duration = self._state(
-            expanded(self.system, parameter) if parameter else self.mechanism
-        )
-        none = Struck(np.array([], dtype=np.int64), [])
-        times = np.array([[duration.value], [derivative(duration)]])
-        return Flights(rows, state[None], times[0], (0,), none, by[None], times[1])
+        return _flights(rows_of(self.system, parameter), self.offset[None], self.cycles)
 
     @cached_property
     def reaches(self) -> list[Reach]:
         """Least gap at every stop, soft ones included; negative beyond it."""
-        flights = self.flights()
-        found = []
-        for number, part in enumerate(self.mechanism.elements):
-            if part.is_stop:
-                (low, _), (high, _) = flights.signal(
-                    partial(flights.rows.gap, part=number)
-                ).extremes()
-                found.append(Reach(Stop(number, 1), part.limit_at(1) - float(high[0])))
-                found.append(Reach(Stop(number, -1), float(low[0]) - part.limit_at(-1)))
-        return [reach for reach in found if math.isfinite(reach.gap)]
+        return next(_reaches(self.flights(), [self.mechanism]))
 
     @property
     def touching_factor(self) -> float:
@@ -172,28 +158,81 @@ class FreeMotion:
         fastest = float(np.abs(rates).max())
         return np.exp(held.real / (fastest or 1.0)).astype(complex), len(unheld), drifting > 0
 
-    def _state(self, varied: Mechanism) -> tuple[Floats, Floats, Jet]:
-        """(x, v, theta) at phase zero, its derivative, and the period, from numbers or jets."""
-        n = self.mechanism.degrees
-        mass, damping, stiffness = map(dual, (varied.mass, varied.damping, varied.stiffness))
-        inverse, constant = np.linalg.pinv(stiffness.value), dual(varied.constant_force)
-        x0 = inverse @ constant.value
-        state, by = np.zeros(2 * n + 1), np.zeros(2 * n + 1)
-        state[:n] = x0 + self.offset
-        by[:n] = inverse @ (constant.by - stiffness.by @ x0)
-        for force in varied.forces:
-            w, w_by = jet(force.omega).coefficients[:2]
-            sine, cosine = dual(force.sine), dual(force.cosine)
-            matrix = stiffness.value + 1j * w * damping.value - w * w * mass.value
-            moved = stiffness.by + 1j * (w_by * damping.value + w * damping.by)
-            moved = moved - 2.0 * w * w_by * mass.value - w * w * mass.by
-            x = np.linalg.solve(matrix, cosine.value - 1j * sine.value)
-            x_by = np.linalg.solve(matrix, cosine.by - 1j * sine.by - moved @ x)
-            state[:n] += x.real
-            by[:n] += x_by.real
-            state[n : 2 * n] += (1j * w * x).real
-            by[n : 2 * n] += (1j * (w_by * x + w * x_by)).real
-        return state, by, 2.0 * math.pi * self.cycles / jet(varied.omega)
+
+def _flights(rows: Rows, offsets: Floats, cycles: int) -> Flights:
+    """The motions of systems as one flight each, displaced by offsets, shape (k, n)."""
+    state, by = _states(rows, offsets)
+    none = Struck(np.array([], dtype=np.int64), [])
+    period = 2.0 * math.pi * cycles / rows.omega
+    of = np.arange(rows.count)
+    return Flights(rows, state, period.value, (0,) * rows.count, none, by, period.by, of=of)
+
+
+def _states(rows: Rows, offsets: Floats) -> tuple[Floats, Floats]:
+    """(x, v, theta) at phase zero of each system, by (1), and its derivative, shape (k, 2n + 1)."""
+    n = rows.mechanism.degrees
+    every = rows.numbers("linear", _equations)
+    mass, damping, stiffness = (every[:, at : at + n] for at in (0, n, 2 * n))
+    inverse, constant = np.linalg.pinv(stiffness.value), every[:, 3 * n]
+    x0 = _times(inverse, constant.value)
+    state, by = np.zeros((rows.count, 2 * n + 1)), np.zeros((rows.count, 2 * n + 1))
+    state[:, :n] = x0 + offsets
+    by[:, :n] = _times(inverse, constant.by - _times(stiffness.by, x0))
+    for line in range(len(rows.mechanism.forces)):
+        sine, cosine = (every[:, 3 * n + 1 + 2 * line + k] for k in (0, 1))
+        w, w_by = (part[:, line, None, None] for part in rows.omegas)
+        matrix = stiffness.value + 1j * w * damping.value - w * w * mass.value
+        moved = stiffness.by + 1j * (w_by * damping.value + w * damping.by)
+        moved = moved - 2.0 * w * w_by * mass.value - w * w * mass.by
+        x = _solved(matrix, cosine.value - 1j * sine.value)
+        x_by = _solved(matrix, cosine.by - 1j * sine.by - _times(moved, x))
+        w, w_by = w[:, 0], w_by[:, 0]
+        state[:, :n] += x.real
+        by[:, :n] += x_by.real
+        state[:, n : 2 * n] += (1j * w * x).real
+        by[:, n : 2 * n] += (1j * (w_by * x + w * x_by)).real
+    return state, by
+
+
+def _equations(pieces: Piecewise) -> list[list[float]]:
+    """Mass, damping, stiffness, constant force, sine and cosine of each line, one below the other."""
+    m = pieces.mechanism
+    rows = [*m.mass, *m.damping, *m.stiffness, m.constant_force]
+    return [
+        [*row] for row in (*rows, *(x for force in m.forces for x in (force.sine, force.cosine)))
+    ]
+
+
+def _times(matrices: Any, vectors: Any) -> Any:
+    """Matrices (k, n, n) times vectors (k, n)."""
+    return np.einsum("kij,kj->ki", matrices, vectors)
+
+
+def _solved(matrices: Any, right: Any) -> Any:
+    """Solutions for each system, NaN where a matrix is singular, shape (k, n)."""
+    try:
+        return np.linalg.solve(matrices, right[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        if len(matrices) == 1:
+            return np.full_like(right, math.nan)
+        pairs = zip(matrices, right, strict=True)
+        return np.concatenate([_solved(a[None], b[None]) for a, b in pairs])
+
+
+def _reaches(flights: Flights, machines: Sequence[Mechanism]) -> Iterator[list[Reach]]:
+    """Least gaps of the motion of each machine at every stop, negative beyond it."""
+    stops = [number for number, part in enumerate(machines[0].elements) if part.is_stop]
+    ranges = [
+        [end.value for end in flights.signal(partial(flights.rows.gap, part=number)).extremes()]
+        for number in stops
+    ]
+    for k, machine in enumerate(machines):
+        found = []
+        for number, (low, high) in zip(stops, ranges, strict=True):
+            part = machine.elements[number]
+            found.append(Reach(Stop(number, 1), part.limit_at(1) - float(high[k])))
+            found.append(Reach(Stop(number, -1), float(low[k]) - part.limit_at(-1)))
+        yield [reach for reach in found if math.isfinite(reach.gap)]
 
 
 def _matrix(m: Mechanism) -> Floats:
@@ -234,7 +273,31 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
     opened
         Leave all elements out, friction and phase switches too: the linear machine.
     """
-    m = mechanism_of(system)
+    if why := _why_none(mechanism_of(system), opened=opened):
+        return why
+    return _placed([system], rows_of(system))[0]
+
+
+def free_motions(system: System, name: str, values: Floats) -> list[FreeMotion | str]:
+    """Return the steady motions without impacts, as :func:`free_motion`, at values of a parameter."""
+    systems = [with_parameter(system, name, value) for value in values.tolist()]
+    found: list[FreeMotion | str] = [_why_none(mechanism_of(one)) for one in systems]
+    some = [k for k, why in enumerate(found) if not why]
+    if some:
+        placed = _placed([systems[k] for k in some], Rows(systems[some[0]], name, values[some]))
+        for k, motion in zip(some, placed, strict=True):
+            found[k] = motion
+    return found
+
+
+def flights_of_motions(motions: Sequence[FreeMotion], name: str, values: Floats) -> Flights:
+    """Flights of motions of a machine at values of a parameter, with derivatives by it."""
+    offsets = np.array([motion.offset for motion in motions])
+    return _flights(Rows(motions[0].system, name, values), offsets, motions[0].cycles)
+
+
+def _why_none(m: Mechanism, *, opened: bool = False) -> str:
+    """Reason why there is no steady motion without impacts; "" if there may be one."""
     if not m.forces:
         return "there is no forcing"
     if m.sliders:
@@ -247,22 +310,39 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
     free, constant = loose(m), np.array(m.constant_force)
     if np.any(np.abs(free @ constant) > ZERO_RELATIVE * np.abs(constant).max(initial=0.0)):
         return "a constant force acts on a mass that no spring holds"
-    try:
-        motion = FreeMotion(system, np.zeros(m.degrees))
-        state = motion.flights().states
-        if not np.isfinite(state).all():
-            return "it resonates without damping"
-        offset = _centred(motion, free) if len(free) else motion.offset
-        return FreeMotion(system, offset) if offset.any() else motion
-    except np.linalg.LinAlgError:
-        return "it resonates without damping"
+    return ""
 
 
-def _centred(motion: FreeMotion, free: Floats) -> Floats:
+def _placed(systems: Sequence[System], rows: Rows) -> list[FreeMotion | str]:
+    """Motions of systems of the same shape, whose rows these are; free masses are put by (2)."""
+    motions = [FreeMotion(one, np.zeros(rows.mechanism.degrees)) for one in systems]
+    flights = _flights(rows, np.array([one.offset for one in motions]), motions[0].cycles)
+    held = np.isfinite(flights.states).all(axis=1)
+    if not held.all() and len(systems) > 1:  # those that resonate spoil no other
+        return [_placed([one], rows_of(one))[0] for one in systems]
+    if not held.all():
+        return ["it resonates without damping"]
+    found: list[FreeMotion | str] = []
+    every = _reaches(flights, [one.mechanism for one in motions])
+    for motion, reaches in zip(motions, every, strict=True):
+        free = loose(motion.mechanism)
+        offset = _centred(motion.mechanism, reaches, free) if len(free) else motion.offset
+        if offset.any():
+            motion = FreeMotion(motion.system, offset)
+            rows_of_stops = (motion.mechanism.elements[reach.stop.contact].row for reach in reaches)
+            reaches = [
+                Reach(reach.stop, reach.gap - reach.stop.side * float(np.dot(row, offset)))
+                for reach, row in zip(reaches, rows_of_stops, strict=True)
+            ]
+        vars(motion)["reaches"] = reaches  # known, in place of the cached property
+        found.append(motion)
+    return found
+
+
+def _centred(m: Mechanism, reaches: list[Reach], free: Floats) -> Floats:
     """Offset along free directions with the largest least gap, (2)."""
     from scipy.optimize import linprog
 
-    m, reaches = motion.mechanism, motion.reaches
     rows = [np.array(m.elements[reach.stop.contact].row) for reach in reaches]
     across = np.array(
         [reach.stop.side * (row @ free.T) for reach, row in zip(reaches, rows, strict=True)]

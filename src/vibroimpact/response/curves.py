@@ -14,8 +14,8 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import cache, cached_property
-from typing import cast
+from functools import cached_property
+from typing import Any, cast
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from vibroimpact.branches.grazing import TEST
 from vibroimpact.branches.kinds import GR
 from vibroimpact.branches.point import BifurcationPoint
 from vibroimpact.continuation import LocatedPoint
-from vibroimpact.measures.linear import FreeMotion, free_motion
+from vibroimpact.measures.linear import FreeMotion, flights_of_motions, free_motion, free_motions
 from vibroimpact.measures.measure import Measure
 from vibroimpact.measures.motions import Motion, flights_along
 from vibroimpact.model.parameters import with_parameter
@@ -238,8 +238,7 @@ def _along(branch: Branch, points: BranchProfile, measure: Measure) -> tuple[Flo
     turns = np.abs(tangent[:, -1:]) <= TURNING_OF_SCALE * branch.family.scale()[-1]
     moved = np.where(turns, 0.0, tangent[:, :-1] / np.where(turns, 1.0, tangent[:, -1:]))
     value, by = (np.full(len(good), math.nan) for _ in range(2))
-    places = np.flatnonzero(good)
-    for some in np.array_split(places, math.ceil(len(places) / ORBITS_AT_ONCE)):
+    for some in _batches(np.flatnonzero(good)):
         flights = flights_along(branch.family, points.parameter[some], points.z[some], moved[some])
         value[some], by[some] = measure._of(flights)
     by[turns[:, 0]] = math.nan
@@ -266,10 +265,11 @@ class OnBranch:
 
 @dataclass(frozen=True)
 class WithoutImpacts:
-    """Motions without impacts at values of a parameter."""
+    """Motions without impacts at values of a parameter, and a measure of them."""
 
     system: System
     parameter: str
+    measure: Measure
 
     def __call__(self, _: int, value: float, /) -> FreeMotion | None:
         """The motion at a value; None where there is none."""
@@ -282,34 +282,58 @@ class WithoutImpacts:
             self._kept[value] = free_motion(with_parameter(self.system, self.parameter, value))
         return self._kept[value]
 
+    def motions(self, values: Floats) -> list[FreeMotion | str]:
+        """The motion at each value, or why there is none; kept."""
+        new = np.array([value for value in values.tolist() if value not in self._kept])
+        for some in _batches(new):
+            found = free_motions(self.system, self.parameter, some)
+            self._kept.update(zip(some.tolist(), found, strict=True))
+        return [self._kept[value] for value in values.tolist()]
+
+    def measured(self, values: Floats) -> tuple[Floats, Floats]:
+        """Measure and derivative at each value, NaN where there is no motion; kept."""
+        motions = zip(values.tolist(), self.motions(values), strict=True)
+        there = {p: one for p, one in motions if not isinstance(one, str)}
+        new = np.array([value for value in there if value not in self._measured])
+        for some in _batches(new):
+            flights = flights_of_motions([there[p] for p in some.tolist()], self.parameter, some)
+            found = zip(*self.measure._of(flights), strict=True)
+            self._measured.update(zip(some.tolist(), found, strict=True))
+        none = math.nan, math.nan
+        every = np.array([self._measured.get(value, none) for value in values.tolist()])
+        return every[:, 0], every[:, 1]
+
     @cached_property
     def _kept(self) -> dict[float, FreeMotion | str]:
         return {}
+
+    @cached_property
+    def _measured(self) -> dict[float, tuple[float, float]]:
+        return {}
+
+
+def _batches(places: Any) -> list[Any]:
+    """Entries of an array, ORBITS_AT_ONCE at most in each part."""
+    return np.array_split(places, math.ceil(len(places) / ORBITS_AT_ONCE)) if len(places) else []
 
 
 def curve_without_impacts(
     system: System, name: str, values: Floats, measure: Measure
 ) -> ResponseCurve | str:
     """Measure the motion without impacts at values of the parameter, at its maxima, and where it grazes."""
-    free = WithoutImpacts(system, name)
-    motion = free.motion
-
-    def gap(value: float) -> float:
-        found = motion(value)
-        return -math.inf if isinstance(found, str) else found.clearance_to_grazing
-
-    first = motion(float(values[0]))
+    free = WithoutImpacts(system, name, measure)
+    first = free.motion(float(values[0]))
     if isinstance(first, str):
         return first
 
-    @cache
-    def measured(value: float) -> tuple[float, float]:
-        found = motion(value)
-        return (math.nan, math.nan) if isinstance(found, str) else measure.along(found, name)
+    def gap(value: float) -> float:
+        found = free.motion(value)
+        return -math.inf if isinstance(found, str) else found.clearance_to_grazing
 
     def through(places: Floats) -> ResponseCurve:
-        return _without_impacts(free, places, grazes, measure, measured)
+        return _without_impacts(free, places, grazes)
 
+    free.motions(values)
     grazes = _touches(gap, values)
     curve = through(np.unique(values))
     summits = [_summit(curve, k) for k in range(len(curve.value) - 1) if _is_peaked(curve, k)]
@@ -318,11 +342,7 @@ def curve_without_impacts(
 
 
 def _without_impacts(
-    free: WithoutImpacts,
-    values: Floats,
-    grazes: list[LocatedPoint],
-    measure: Measure,
-    measured: Callable[[float], tuple[float, float]],
+    free: WithoutImpacts, values: Floats, grazes: list[LocatedPoint]
 ) -> ResponseCurve:
     """The curve through motions without impacts at values of the parameter, and where these graze."""
     name, motion, touches = free.parameter, free.motion, [graze.parameter for graze in grazes]
@@ -336,7 +356,7 @@ def _without_impacts(
         else:
             least[k], opened[k] = found.clearance_to_grazing, found.stability_opened
     least[np.isin(p, touches)] = 0.0
-    y, slopes = (np.array(part) for part in zip(*map(measured, p.tolist()), strict=True))
+    y, slopes = free.measured(p)
     open_ = least[:-1] + least[1:] > 0.0
     kinds = np.maximum(opened[:-1], opened[1:])
     special = tuple(
@@ -350,7 +370,7 @@ def _without_impacts(
     return ResponseCurve(
         first.symbol, name, p, y, slopes,
         np.where(open_, kinds, Stability.INADMISSIBLE).astype(np.int64), special,
-        y[np.searchsorted(p, touches)], None, measure, free,
+        y[np.searchsorted(p, touches)], None, free.measure, free,
     )  # fmt: skip
 
 
