@@ -90,7 +90,8 @@ def symmetric_orbits(system: ImpactDamper) -> tuple[Orbit, ...]:
         for angle in (rise, math.pi - rise)
     ]
     found.sort(key=lambda item: -item[0])  # the larger A sin(tau_0) has the plus sign in (14)
-    return tuple(_orbit(system, state) for _, state in found)
+    problem = OrbitProblem(system, SIGNATURE, "")  # of both
+    return tuple(_orbit(problem, state) for _, state in found)
 
 
 def on_circle(damper: ImpactDamper) -> tuple[Floats, float, float, Compiled]:
@@ -118,9 +119,8 @@ def _impact_state(
     return response, damper.on_stop("A", x1=x1, v1=v1, v2=v2, phase=theta)
 
 
-def _orbit(damper: ImpactDamper, state: State) -> Orbit:
+def _orbit(problem: OrbitProblem, state: State) -> Orbit:
     states = np.array([[*state.position, *state.velocity, state.phase]])
-    durations = np.array([math.pi / damper.omega])
-    problem = OrbitProblem(damper, SIGNATURE, "")
+    durations = np.array([math.pi / problem.mechanism.omega])
     residual = residual_of(problem, problem.packed(states, durations))
-    return Orbit(damper, SIGNATURE, states, durations, residual)
+    return Orbit(problem.system, SIGNATURE, states, durations, residual, solved=problem)

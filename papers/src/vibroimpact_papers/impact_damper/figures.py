@@ -10,6 +10,8 @@ import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from vibroimpact._core.errors import InvalidParameterError
@@ -78,12 +80,17 @@ def redraw(data: xr.Dataset | tuple[xr.Dataset, ...]) -> Figure:
 
 
 def save_both(figure: Figure, stem: Path) -> None:
-    """Write a figure as SVG and PNG; equal figures give equal files."""
-    with mpl.rc_context(style.RC | {"savefig.dpi": PIXELS_PER_INCH}):
+    """Write a figure as SVG and PNG; equal figures give equal files.
+
+    Drawn three times: for its layout, and for each file. ``savefig`` would draw it once more for each.
+    """
+    with mpl.rc_context(style.RC):
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # the layout is found once for both files
-        figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
-        figure.savefig(stem.with_suffix(".png"))
+        figure.set_layout_engine("none")
+        figure.dpi = PIXELS_PER_INCH  # of what is stored as pixels in the SVG, which has 72
+        FigureCanvasSVG(figure).print_svg(stem.with_suffix(".svg"), metadata={"Date": None})
+        figure.dpi = PIXELS_PER_INCH
+        FigureCanvasAgg(figure).print_png(stem.with_suffix(".png"))
 
 
 def damper_from(attrs: Mapping[Any, Any], omega: float) -> ImpactDamper:
