@@ -46,6 +46,10 @@ class PointKind:
     def __str__(self) -> str:
         return self.label
 
+    def __repr__(self) -> str:
+        """Label and name; of its functions a text would hold addresses, which change from run to run."""
+        return f"PointKind({self.label!r}, {self.name!r})"
+
     def of_map(self, *, symmetric: bool) -> PointKind:
         """The kind for the map that an orbit is solved by: the half map of a symmetric one."""
         return self.in_half_map if symmetric and self.in_half_map else self

@@ -88,9 +88,10 @@ def save_both(figure: Figure, stem: Path) -> None:
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
         figure.dpi = PIXELS_PER_INCH  # of what is stored as pixels in the SVG, which has 72
-        FigureCanvasSVG(figure).print_svg(stem.with_suffix(".svg"), metadata={"Date": None})
+        svg, png = FigureCanvasSVG(figure), FigureCanvasAgg(figure)
+        svg.print_svg(stem.with_suffix(".svg"), metadata={"Date": None})  # type: ignore[no-untyped-call]
         figure.dpi = PIXELS_PER_INCH
-        FigureCanvasAgg(figure).print_png(stem.with_suffix(".png"))
+        png.print_png(stem.with_suffix(".png"))  # type: ignore[no-untyped-call]
 
 
 def damper_from(attrs: Mapping[Any, Any], omega: float) -> ImpactDamper:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -40,10 +40,10 @@ class Followed:
     down: tuple[Step, ...]
     up: tuple[Step, ...]
 
-    def state(self, way: str, omega: float) -> State:
-        """Return the state that a way reached at a frequency of the grid."""
-        index = int(np.flatnonzero(self.omega == omega)[0])
-        return (self.down if way == "down" else self.up)[index].last
+    def states(self, panel: Panel) -> dict[str, State]:
+        """Return the states that both ways reached at the frequency of a panel."""
+        index = int(np.flatnonzero(self.omega == panel.omega)[0])
+        return {"down": self.down[index].last, "up": self.up[index].last}
 
 
 @dataclass(frozen=True)
@@ -113,10 +113,12 @@ def _followed(chosen: ParameterSet, plan: Plan, omegas: Floats, state: State) ->
     return steps
 
 
-def panel_result(chosen: ParameterSet, panel: Panel, followed: Followed, plan: Plan) -> PanelResult:
-    """Classify the attractor of every start at the frequency of a panel."""
+def panel_result(
+    chosen: ParameterSet, panel: Panel, reached: Mapping[str, State], plan: Plan
+) -> PanelResult:
+    """Classify the attractor of every start at the frequency of a panel: the states reached, and the fixed point."""
     assert isinstance(panel.omega, float)
-    starts = {way: followed.state(way, panel.omega) for way in ("down", "up")}
+    starts = dict(reached)
     orbit = branch_orbit(chosen, panel.omega)
     if orbit is not None:
         starts["fixed point"] = orbit.state.perturbed(plan.perturbation)

@@ -6,8 +6,8 @@ import copyreg
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import partial
@@ -22,6 +22,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.files import write_files
 from vibroimpact._core.progress import Display
 from vibroimpact.branches.point import BifurcationPoint
+from vibroimpact.model.state import State
 from vibroimpact.simulation.simulate import simulate
 from vibroimpact_papers.folder import whole_folder
 from vibroimpact_papers.impact_damper import (
@@ -33,9 +34,9 @@ from vibroimpact_papers.impact_damper import (
     panels,
     parameter_sets,
 )
-from vibroimpact_papers.impact_damper.circles import measure
+from vibroimpact_papers.impact_damper.circles import Measured, measure
 from vibroimpact_papers.impact_damper.evidence import Evidence
-from vibroimpact_papers.impact_damper.families import circle_fold, family_data, family_of
+from vibroimpact_papers.impact_damper.families import Family, circle_fold, family_data, family_of
 from vibroimpact_papers.impact_damper.findings import Findings, Pictures, Residual
 from vibroimpact_papers.impact_damper.misprints import Misprint, default_case, misprints
 from vibroimpact_papers.impact_damper.normal_forms import critical_points
@@ -73,6 +74,8 @@ from vibroimpact_papers.judged import Claim, Summary, to_json
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
+Maker = Callable[[], xr.Dataset | tuple[xr.Dataset, ...]]
+Begun = Mapping[str, Future[tuple[str, ...]]]  # by figure the names of its files
 
 title = TITLE  # of the list of publications
 WORKERS = 2  # processes
@@ -114,10 +117,12 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None =
     try:
         with whole_folder(Path(out)) as work, processes(progress) as workers:
             found = compute(plan or Plan(), workers)
+            begun = _write_figures(work, found, workers)
             progress.stage("verdicts")
             judgements = judge(evidence_of(found, claims()))
             residuals = _residuals()
-            pictures = _write_figures(work, found, workers)
+            files = workers.results("data and figures", [*begun.values()])
+            pictures = Pictures(work / "figures", dict(zip(begun, files, strict=True)))
             progress.stage("report")
             (work / "verdicts.json").write_text(
                 to_json(
@@ -139,53 +144,67 @@ def reproduce(out: Path, *, plan: Plan | None = None, progress: Display | None =
 
 
 def compute(plan: Plan, workers: Workers) -> Findings:
-    """Compute bifurcations, sweeps, panels and circles."""
-    sets = parameter_sets()
-    chosen = [p for p in panels() if p.shows == "section" and p.figure in plan.figures]
-    points = workers.map("bifurcations", partial(_bifurcations, plan), sets.values())
-    ways = workers.map("following attractors", partial(_follow, plan, chosen), sets.values())
-    followed = dict(zip(sets, ways, strict=True))
-    beside = [(panel, followed[panel.set]) for panel in chosen]
-    results = workers.map("panels", partial(_panel, plan), beside)
-    bifurcated = dict(zip(sets, points, strict=True))
-    critical = [c for name, found in bifurcated.items() for c in critical_points(name, found)]
-    circles = workers.map("circles", partial(measure, plan=plan), critical)
-    by_panel = {r.panel.name: r for r in results}
-    ensembles = _ensembles(sets, by_panel, plan, workers.progress)
-    long = by_panel.get(PANEL)
-    transient = survivors(sets[long.panel.set], long.omega, plan) if long else None
+    """Compute bifurcations, sweeps, panels and circles.
+
+    What is long is begun first, and all as soon as what it needs is known: no process waits for the end of a stage.
+    """
+    sets, begin, results = parameter_sets(), workers.begin, workers.results
     strong = [sets[name] for name in sets if name in plan.strong]
-    resonant = workers.map("strong resonances", partial(resonances_of, plan=plan), strong)
-    resonances = {one.set: one for one in resonant}
-    followed_circles = workers.map(
-        "families of circles", partial(family_of, results=by_panel, plan=plan), strong
-    )
-    chosen_points = [
+    chosen = [p for p in panels() if p.shows == "section" and p.figure in plan.figures]
+    ways = begin(partial(_follow, plan, chosen), sets.values())
+    points = begin(partial(_bifurcations, plan), sets.values())
+    resonant = begin(partial(resonances_of, plan=plan), strong)
+
+    followed = dict(zip(sets, results("following attractors", ways), strict=True))
+    shown = begin(partial(_panel, plan), [(p, followed[p.set].states(p)) for p in chosen])
+    bifurcated = dict(zip(sets, results("bifurcations", points), strict=True))
+    critical = [c for name, found in bifurcated.items() for c in critical_points(name, found)]
+    measured = begin(partial(measure, plan=plan), critical)
+
+    resonances = {one.set: one for one in results("strong resonances", resonant)}
+    unfoldings = begin(_unfolded, [
         (sets[name], point)
         for name, kind, omega in plan.unfolded
         if name in resonances and (point := resonances[name].named(kind, omega))
-    ]
-    unfoldings = workers.map("portraits around resonances", _unfolded, chosen_points)
+    ])  # fmt: skip
+    by_panel = {r.panel.name: r for r in results("panels", shown)}
+    of_set = {name: {n: r for n, r in by_panel.items() if r.panel.set == name} for name in sets}
+    families = begin(partial(_family, plan), [(one, of_set[one.name]) for one in strong])
+    several = multistable_panel(by_panel)
+    planes = begin(partial(plane_data, plan=plan), sets.values())
+    if several:
+        planes += begin(partial(_basins, plan), [several.omega])
+    circles = results("circles", measured)
+    folds = begin(_fold, [
+        (sets[m.point.set], m.point.omega, m.point.form.side)
+        for m in circles if _ends_nearby(m, strong)
+    ])  # fmt: skip
     routes = [(one, followed[one.name], bifurcated[one.name]) for one in strong]
-    spectra = workers.map("Lyapunov spectra", partial(_spectrum, plan), routes)
-    families = {one.set: one for one in followed_circles if one}
-    folds = {
-        m.point.name: fold
-        for m in circles
-        if m.point.form.warnings
-        and m.point.form.attracting
-        and m.point.set in families
-        and (fold := circle_fold(sets[m.point.set], m.point.omega, m.point.form.side))
-    }
+    spectra = begin(partial(_spectrum, plan), routes)
+
+    long = by_panel.get(PANEL)
+    transient = survivors(sets[long.panel.set], long.omega, plan) if long else None
     away = {
         name: distances(one, sets[name], claims(), bifurcated[name])
         for name, one in resonances.items()
     }
+    around = tuple(results("portraits around resonances", unfoldings))
+    by_set = {one.set: one for one in results("families of circles", families) if one}
+    ensembles = {str(d.attrs["figure"]): d for d in results("planes and basins", planes)}
+    ending = [m.point for m in circles if _ends_nearby(m, strong)]
+    ends = zip(ending, results("folds of circles", folds), strict=True)
     return Findings(
         plan, sets, bifurcated, followed, by_panel, tuple(circles), ensembles, transient,
-        resonances, away, families, tuple(unfoldings), tuple(spectra),
-        folds,
+        resonances, away, by_set, around, tuple(results("Lyapunov spectra", spectra)),
+        {point.name: fold for point, fold in ends if fold and point.set in by_set},
     )  # fmt: skip
+
+
+def _ends_nearby(one: Measured, strong: Sequence[ParameterSet]) -> bool:
+    """Whether circles that attract are born next to a strong resonance, of a set in which families are followed."""
+    form = one.point.form
+    followed = any(one.point.set == each.name for each in strong)
+    return bool(form.warnings and form.attracting and followed)
 
 
 def _bifurcations(plan: Plan, one: ParameterSet) -> tuple[Bifurcation, ...]:
@@ -199,9 +218,21 @@ def _follow(plan: Plan, chosen: list[Panel], one: ParameterSet) -> Followed:
     return follow_both_ways(one, plan, omegas)
 
 
-def _panel(plan: Plan, beside: tuple[Panel, Followed]) -> PanelResult:
-    panel, followed = beside
-    return panel_result(parameter_sets()[panel.set], panel, followed, plan)
+def _panel(plan: Plan, beside: tuple[Panel, Mapping[str, State]]) -> PanelResult:
+    panel, reached = beside
+    return panel_result(parameter_sets()[panel.set], panel, reached, plan)
+
+
+def _family(plan: Plan, beside: tuple[ParameterSet, Mapping[str, PanelResult]]) -> Family | None:
+    return family_of(*beside, plan)
+
+
+def _fold(beside: tuple[ParameterSet, float, int]) -> BifurcationPoint | None:
+    return circle_fold(*beside)
+
+
+def _basins(plan: Plan, omega: float) -> xr.Dataset:
+    return basin_data(parameter_sets()[MULTISTABLE], plan, omega)
 
 
 def _unfolded(pair: tuple[ParameterSet, BifurcationPoint]) -> Unfolded:
@@ -214,22 +245,6 @@ def _spectrum(
     one, followed, bifurcations = route
     begin = [p.omega for p in bifurcations if p.kind == "NS" and p.admissible]
     return spectrum_data(one, followed, max(begin), plan)
-
-
-def _ensembles(
-    sets: Mapping[str, ParameterSet], results: Mapping[str, PanelResult], plan: Plan,
-    progress: Display,
-) -> dict[str, xr.Dataset]:  # fmt: skip
-    """Compute the plane of each set, and basins at a frequency where attractors coexist."""
-    panel = multistable_panel(results)
-
-    def made() -> Iterator[xr.Dataset]:  # one after the other: each uses every core
-        yield from (plane_data(chosen, plan) for chosen in sets.values())
-        if panel:
-            yield basin_data(sets[MULTISTABLE], plan, panel.omega)
-
-    found = progress.track("planes and basins", made(), len(sets) + bool(panel))
-    return {str(data.attrs["figure"]): data for data in found}
 
 
 def evidence_of(found: Findings, chosen: tuple[Claim, ...]) -> Evidence:
@@ -254,10 +269,13 @@ class Workers(NamedTuple):
     pool: ProcessPoolExecutor
     progress: Display
 
-    def map(self, name: str, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Result]:
-        """Map over items, in order."""
-        todo = list(items)
-        return list(self.progress.track(name, self.pool.map(work, todo), len(todo)))
+    def begin(self, work: Callable[[Item], Result], items: Iterable[Item]) -> list[Future[Result]]:
+        """Begin the work on every item, after all that was begun before."""
+        return [self.pool.submit(work, item) for item in items]
+
+    def results(self, name: str, begun: Sequence[Future[Result]]) -> list[Result]:
+        """Wait for what was begun, in order, as a stage."""
+        return list(self.progress.track(name, (one.result() for one in begun), len(begun)))
 
 
 @contextmanager
@@ -303,27 +321,24 @@ def _residuals() -> tuple[Residual, ...]:
 # --- figures --------------------------------------------------------------------------------------
 
 
-def _write_figures(work: Path, found: Findings, workers: Workers) -> Pictures:
-    """Write the data, and draw every figure from the files just written."""
+def _write_figures(work: Path, found: Findings, workers: Workers) -> Begun:
+    """Begin to write the data of every figure, and to draw it from the files just written."""
     (work / "figures").mkdir()
     (work / "data").mkdir()
-    names: dict[str, tuple[str, ...]] = {}
-    for figure, parts in workers.progress.track("data", _all_data(found), _count(found)):
-        names[figure] = tuple(_write(work / "data", data) for data in parts)
-    workers.map("figures", partial(_draw, work), _of_figures(names))
-    return Pictures(work / "figures", names)
+    makers = _makers(found)
+    return dict(zip(makers, workers.begin(partial(_draw, work), makers.items()), strict=True))
 
 
-def _draw(work: Path, named: tuple[str, tuple[str, ...]]) -> None:
-    """Draw a figure from its files."""
-    figure, files = named
-    data = tuple(figures.open_data(work / "data" / name) for name in files)
-    figures.save_both(figures.redraw(data), work / "figures" / figure)
-
-
-def _of_figures(names: dict[str, tuple[str, ...]]) -> Iterator[tuple[str, tuple[str, ...]]]:
-    """Leave out tables, which have no figure."""
-    yield from ((f, files) for f, files in names.items() if not f.startswith("bifurcations"))
+def _draw(work: Path, named: tuple[str, Maker]) -> tuple[str, ...]:
+    """Write the data of a figure, draw it from its files and return their names; tables have no figure."""
+    figure, make = named
+    made = make()
+    parts = (made,) if isinstance(made, xr.Dataset) else made
+    files = tuple(_write(work / "data", data) for data in parts)
+    if not figure.startswith("bifurcations"):
+        data = tuple(figures.open_data(work / "data" / name) for name in files)
+        figures.save_both(figures.redraw(data), work / "figures" / figure)
+    return files
 
 
 def _write(folder: Path, data: xr.Dataset) -> str:
@@ -336,77 +351,63 @@ def _write(folder: Path, data: xr.Dataset) -> str:
     return f"{name}.nc"
 
 
-def _count(found: Findings) -> int:
-    return sum(1 for _ in _all_data(found, names_only=True))
-
-
-def _all_data(
-    found: Findings, *, names_only: bool = False
-) -> Iterator[tuple[str, tuple[xr.Dataset, ...]]]:
-    """Yield (figure, its datasets), computing only the requested ones."""
-    makers = _makers(found)
-    for figure, make in makers.items():
-        yield figure, () if names_only else make()
-
-
-def _makers(found: Findings) -> dict[str, Callable[[], tuple[xr.Dataset, ...]]]:
-    """Map each figure to the function that makes its data."""
-    sets, plan = found.sets, found.plan
+def _makers(found: Findings) -> dict[str, Maker]:
+    """Map each figure to what makes its data, those that take long first."""
+    sets, plan, panel = found.sets, found.plan, datasets.panel_data
     example = sets[EXAMPLE_SET]
-    makers: dict[str, Callable[[], tuple[xr.Dataset, ...]]] = {
-        "mechanism": lambda: (_example(found, "mechanism", 1),),
-        "history": lambda: (_example(found, "history", EXAMPLE_IMPACTS),),
-        "portrait": lambda: (_example(found, "portrait", PORTRAIT_IMPACTS),),
-    }
-    if EXAMPLE_PANEL in found.panels:
-        shown = (found.panels[EXAMPLE_PANEL],)
-        makers["section"] = lambda: (datasets.panel_data("section", example, plan, shown),)
-    makers["multipliers-A"] = lambda: (datasets.multiplier_data(example, plan),)
-    makers["circles"] = lambda: tuple(
-        datasets.circle_data(sets[m.point.set], plan, m) for m in found.circles
-    )
-    for figure in plan.figures:
-        makers[f"figure-{figure}"] = lambda figure=figure: _paper_figure(found, figure)  # type: ignore[misc]
-    for name, one in found.resonances.items():
-        makers[f"strong-{name}"] = lambda one=one: resonance_data(  # type: ignore[misc]
-            one, sets[one.set], plan, claims()
-        )
-    for name, one_family in found.families.items():
-        makers[f"families-{name}"] = lambda one=one_family: (  # type: ignore[misc]
-            family_data(one, sets[one.set], found.panels, plan),
-        )
+    at = [(sets[m.point.set], m) for m in found.circles]
+    makers: dict[str, Maker] = {"circles": partial(_circles, plan, at)}
     for i, each in enumerate(found.unfolded, 1):
-        makers[f"unfolding-{each.set}-{i}"] = lambda i=i, each=each: (  # type: ignore[misc]
-            unfolding_data(each, i, sets[each.set], plan),
+        makers[f"unfolding-{each.set}-{i}"] = partial(unfolding_data, each, i, sets[each.set], plan)
+    for figure in plan.figures:
+        rows = [p for p in panels() if p.figure == figure]
+        if rows[0].shows == "multipliers":
+            makers[f"figure-{figure}"] = partial(_multipliers, plan, [sets[p.set] for p in rows])
+        else:
+            shown = [found.panels[p.name] for p in rows]
+            name = f"figure-{figure}"
+            makers[name] = partial(panel, name, sets[rows[0].set], plan, shown)
+    makers["multipliers-A"] = partial(datasets.multiplier_data, example, plan)
+    for name, one in found.resonances.items():
+        makers[f"strong-{name}"] = partial(resonance_data, one, sets[one.set], plan, claims())
+    for name, one_family in found.families.items():
+        shown_there = {n: found.panels[n] for n in one_family.at_panels}
+        makers[f"families-{name}"] = partial(family_data, one_family, sets[name], shown_there, plan)
+    for name in sets:
+        makers[f"diagram-{name}"] = partial(
+            datasets.diagram_data, sets[name], plan, found.followed[name]
         )
     if found.spectra:
-        makers["spectra"] = lambda: found.spectra
+        makers["spectra"] = partial(tuple, found.spectra)
     for figure, data in found.ensembles.items():
-        makers[figure] = lambda data=data: (data,)  # type: ignore[misc]
+        makers[figure] = partial(tuple, (data,))
+    for figure, impacts in (
+        ("mechanism", 1),
+        ("history", EXAMPLE_IMPACTS),
+        ("portrait", PORTRAIT_IMPACTS),
+    ):
+        makers[figure] = partial(_example, figure, example, plan, impacts)
+    if EXAMPLE_PANEL in found.panels:
+        makers["section"] = partial(panel, "section", example, plan, (found.panels[EXAMPLE_PANEL],))
     for name in sets:
-        makers[f"diagram-{name}"] = lambda name=name: (  # type: ignore[misc]
-            datasets.diagram_data(sets[name], plan, found.followed[name]),
-        )
-        makers[f"bifurcations-{name}"] = lambda name=name: (  # type: ignore[misc]
-            datasets.bifurcation_data(sets[name], plan, found.bifurcations[name]),
+        makers[f"bifurcations-{name}"] = partial(
+            datasets.bifurcation_data, sets[name], plan, found.bifurcations[name]
         )
     return makers
 
 
-def _paper_figure(found: Findings, figure: str) -> tuple[xr.Dataset, ...]:
-    rows = [p for p in panels() if p.figure == figure]
-    if rows[0].shows == "multipliers":
-        return tuple(datasets.multiplier_data(found.sets[p.set], found.plan) for p in rows)
-    chosen = found.sets[rows[0].set]
-    results = [found.panels[p.name] for p in rows]
-    return (datasets.panel_data(f"figure-{figure}", chosen, found.plan, results),)
+def _circles(plan: Plan, at: Sequence[tuple[ParameterSet, Measured]]) -> tuple[xr.Dataset, ...]:
+    return tuple(datasets.circle_data(chosen, plan, one) for chosen, one in at)
 
 
-def _example(found: Findings, figure: str, impacts: int) -> xr.Dataset:
+def _multipliers(plan: Plan, chosen: Sequence[ParameterSet]) -> tuple[xr.Dataset, ...]:
+    return tuple(datasets.multiplier_data(one, plan) for one in chosen)
+
+
+def _example(figure: str, chosen: ParameterSet, plan: Plan, impacts: int) -> xr.Dataset:
     """Simulate the stable orbit of set A, disturbed so that it settles visibly."""
-    chosen = found.sets[EXAMPLE_SET]
     orbit = branch_orbit(chosen, EXAMPLE_OMEGA)
     assert orbit is not None
     start = orbit.state.perturbed(PORTRAIT_PUSH) if figure == "portrait" else orbit.state
     run = simulate(damper_of(chosen, EXAMPLE_OMEGA), start, impacts=impacts)
-    return datasets.run_data(figure, chosen, found.plan, run, impacts)
+    return datasets.run_data(figure, chosen, plan, run, impacts)
