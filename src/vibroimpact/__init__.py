@@ -7,6 +7,7 @@ Names are imported when they are first used: ``import vibroimpact`` loads none o
 from __future__ import annotations
 
 import re
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ def __getattr__(name: str) -> Any:
     return value
 
 
+@cache  # tools that look for attributes of their own ask again and again
 def _meant(name: str) -> str:
     """The public name that is meant, as a question."""
     words = import_module("vibroimpact._core.words")

@@ -405,6 +405,8 @@ def judge_of(
         Objective,
         "a vi.Objective, such as vi.Objective('omega', (0.9, 1.1))",
     )
+    if workers is not None:
+        check_count("workers", workers, 1)
     band = band_of(system, objective.parameter, objective.bounds, objective.unit)
     if band.parameter in names:
         raise InvalidParameterError(

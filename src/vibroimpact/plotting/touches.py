@@ -48,6 +48,7 @@ def plot_touch(
     check_kind("form", form, Touch, "a Touch, as branch['GR1'].normal_form gives")
     low, high = _range(form) if bounds is None else ends_of("bounds", bounds)
     dp = np.linspace(low, high, VALUES)
+    pairs = None if simulated is None else _pairs(simulated)
     with style.drawing(ax) as ax:
         speeds = form.impacts(dp, TURNS)
         struck = speeds > 0.0
@@ -59,8 +60,8 @@ def plot_touch(
             markersize=1.2,
             label="map",
         )
-        if simulated is not None:
-            at, seen = _pairs(simulated)
+        if pairs is not None:
+            at, seen = pairs
             inside = (at >= low) & (at <= high)
             style.points(
                 ax, at[inside], seen[inside], color=style.BLUE, markersize=1.2, label="simulated"
