@@ -64,6 +64,7 @@ def test_every_point_of_a_curve_solves_the_scalar_equation_at_fifty_digits(
         assert float(exact_omega) == pytest.approx(omega, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_folds_of_the_symmetric_orbit_lie_where_the_discriminant_vanishes() -> None:
     low = replace_omega(0.55, 20.0)
     branch_of_folds = vi.continue_orbit(vi.symmetric_orbits(low)[0], "omega", (0.54, 1.3))

@@ -109,6 +109,7 @@ def test_neimark_sacker_of_the_doubled_orbit_begins_at_r2_with_a_square_root() -
     assert exponent(away, amplitude) == pytest.approx(0.5, abs=0.05)
 
 
+@pytest.mark.slow
 def test_a_neutral_saddle_of_period_three_begins_at_r3_in_proportion() -> None:
     (curve,) = switched("R3_1")
     assert curve.problem.equations.map.iterate == 3  # type: ignore[attr-defined]

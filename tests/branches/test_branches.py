@@ -237,6 +237,7 @@ def test_the_touching_orbit_dips_by_the_square_of_the_impact_speed() -> None:
     assert errors[1] < 0.7 * errors[0]
 
 
+@pytest.mark.slow
 def test_a_vanishing_impact_leads_back_to_the_orbit_without_it() -> None:
     touch = asymmetric()["GR1"].parameter
     start = next(i for i in range(len(grown())) if abs(grown().values[i] - touch) > 5e-4)

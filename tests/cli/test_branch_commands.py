@@ -50,6 +50,7 @@ def test_branch_writes_and_says_the_branch_of_the_library(
     assert Path("b.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
+@pytest.mark.slow
 def test_omega_and_the_sign_of_the_orbit_may_be_given(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["branch", CASE, "--omega", "1.1", "--orbit", "minus", "--bounds", "omega=1.09:1.11"]
     out = said([*argv, "--out", "b.nc"], capsys)

@@ -558,6 +558,7 @@ sys.exit(cli.main(sys.argv[1:]))
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_while_writing_leaves_nothing_behind() -> None:
     argv = [sys.executable, "-c", HELD, "orbit", *CASE, "--out", "m.svg", "--out", "o.nc"]
     with subprocess.Popen(

@@ -112,6 +112,7 @@ def test_plane_observes_what_it_draws(capsys: pytest.CaptureFixture[str]) -> Non
     assert np.isfinite(found.rotation).all()
 
 
+@pytest.mark.slow
 def test_plane_counts_attractors_from_random_starts(capsys: pytest.CaptureFixture[str]) -> None:
     argv = ["plane", CASE, "--over", OMEGA, "--over", CLEARANCE, "--starts", "3", "--bounds"]
     out = said(

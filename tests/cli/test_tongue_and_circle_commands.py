@@ -198,6 +198,7 @@ def test_the_full_map_turns_twice_as_fast(capsys: pytest.CaptureFixture[str]) ->
     assert "turns per full map" not in out
 
 
+@pytest.mark.slow
 def test_a_circle_of_a_machine_in_metres_is_followed_in_si_units(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -72,6 +72,10 @@ def point() -> vi.BifurcationPoint:
     return vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0))["NS1"]
 
 
+def slow(work: Any) -> Any:
+    return pytest.param(work, marks=pytest.mark.slow)
+
+
 def one_curve(progress: Any) -> None:
     vi.continue_bifurcation(point(), *PLANE, steps=FEW, progress=progress)
 
@@ -82,15 +86,17 @@ def one_curve(progress: Any) -> None:
         lambda progress: vi.continue_orbit(
             vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), steps=FEW, progress=progress
         ),
-        lambda progress: vi.bifurcation_atlas(
+        slow(lambda progress: vi.bifurcation_atlas(
             vi.symmetric_orbits(DAMPER)[0], *PLANE, steps=FEW, depth=0, most_curves=1, progress=progress
-        ),
+        )),
         lambda progress: vi.branch_diagram(
             vi.symmetric_orbits(DAMPER)[0], "omega", (0.9, 1.0), depth=0, points=0,
             progress=progress,
         ),
-        one_curve,
-        lambda progress: vi.find_orbits(DAMPER, most_cycles=1, most_impacts=2, starts=2, progress=progress),
+        slow(one_curve),
+        slow(lambda progress: vi.find_orbits(
+            DAMPER, most_cycles=1, most_impacts=2, starts=2, progress=progress
+        )),
         lambda progress: vi.sweep(
             DAMPER, over={"omega": [1.0, 1.1]}, start=vi.State((0.0, 0.0), (0.0, 1.0)),
             settle_periods=1, periods=1, progress=progress,

@@ -265,6 +265,7 @@ def test_an_optimum_at_its_bound_is_said_to_be_there(
     assert list(found.to_dataset()["bound"].values) == ["upper"]
 
 
+@pytest.mark.slow
 def test_a_machine_in_si_units_is_designed_in_them_as_the_nondimensional_one() -> None:
     w = 16.0 * math.pi
     frame = vi.ImpactDamper.from_physical(

@@ -33,13 +33,25 @@ MODULES = sorted(
     if not module.name.startswith("vibroimpact._kernel_")  # _kernel loads one; two would clash
 )
 
+# Their examples follow curves or search: more than a second. test-all runs them.
+DEAR = {
+    f"vibroimpact.{name}"
+    for name in (
+        *("bifurcations.atlas", "bifurcations.continue_bifurcation", "branches.diagram"),
+        *("design.maps", "design.optimise", "orbits.search", "response.response"),
+    )
+}
+
 
 def blocks(path: Path, language: str) -> list[str]:
     text = path.read_text(encoding="utf-8")
     return re.findall(rf"^```{language}\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
 
 
-@pytest.mark.parametrize("name", MODULES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in DEAR), id=name) for name in MODULES],
+)
 def test_the_examples_in_the_docstrings_hold(name: str) -> None:
     outcome = doctest.testmod(importlib.import_module(name))
     assert outcome.failed == 0
@@ -165,6 +177,7 @@ def test_editors_see_every_observer_and_every_machine() -> None:
     assert done.returncode == 0, "run: make stubs"
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_architecture_is_that_of_the_imports() -> None:
     tool = ROOT / "tools" / "architecture_picture.py"
     done = subprocess.run([sys.executable, str(tool), "--check"], check=False)

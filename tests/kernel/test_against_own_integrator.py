@@ -20,7 +20,7 @@ from witness.grid import CrowdedError, Event, Machine, UndecidedError
 
 import vibroimpact as vi
 
-QUICK, MANY = 1, 17  # of 27 kinds: some 400
+QUICK, MANY = 1, 13  # of 27 kinds: some 300
 IMPACTS = 150
 CLOSE = 1e3 * CHANGE  # of the scale of the motion
 AT_ONCE = 1e-10  # relative: events of one instant are one group

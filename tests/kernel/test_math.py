@@ -320,6 +320,7 @@ def generator() -> ModuleType:
     return module
 
 
+@pytest.mark.slow
 def test_coefficients_are_the_generators(capsys: pytest.CaptureFixture[str]) -> None:
     """Every number the generator prints stands in math.hpp, and each polynomial in its order."""
     with mp.workdps(15):  # main sets its own and this restores it

@@ -29,7 +29,7 @@ forced = os.fsync
 def slow(handle):
     '''A slow disk: most kills come while something is written.'''
     forced(handle)
-    time.sleep(0.1)
+    time.sleep(0.03)
 
 
 os.fsync = slow
@@ -82,7 +82,7 @@ for name, writer in writers.items():
 seen, left = {}, set()
 for number in range(kills):
     order = draws.sample(sorted(writers), len(writers))
-    killed(lambda turn: [writers[name](folder / name, turn % 2) for name in order], 0.4)
+    killed(lambda turn: [writers[name](folder / name, turn % 2) for name in order], 0.15)
     for name in writers:
         found = (folder / name).read_bytes()
         which = [k for k in (0, 1) if found == whole[name, k]]

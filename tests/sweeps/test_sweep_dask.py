@@ -63,6 +63,7 @@ def test_workers_give_the_bits_of_threads(cluster):
     xr.testing.assert_identical(found, swept())
 
 
+@pytest.mark.slow
 def test_the_cluster_in_use_is_found_and_fills_a_store(cluster, tmp_path: Path):  # noqa: ARG001
     options = {"start": vi.RandomStarts(3, 7, {"v1": (-1.0, 1.0)}, PLAIN), "follow": "-omega"}
     found = swept(backend="dask", tile=16, store=tmp_path / "sweep.zarr", **options)

@@ -114,6 +114,7 @@ def test_a_planted_doubling_is_located() -> None:
     assert np.abs(family.rotation_numbers - RHO).max() < 1e-11
 
 
+@pytest.mark.slow
 def test_a_doubled_circle_of_the_second_iterate_is_the_planted_one() -> None:
     """Beside z -> -p z + z^3 the circles z^2 = p - 1 are exchanged, with multipliers 3 - 2 p."""
 
