@@ -51,7 +51,7 @@ LEAST_NEIGHBOURS = 4
 NARROWEST_BRACKET = 1e-9  # half of a bracket around that zero, as a share of the distance, at least
 WIDENING_FACTOR = 16.0  # it is widened by this factor where L does not change its sign in it
 UNKNOWN = "the least gap is not known all the way between two points"
-# An extremum that is so near to an impact on the same stop, relative to the flight, belongs to it.
+# An extremum that is so near to an impact on the same stop, relative to the shortest flight, belongs to it.
 EDGE_OF_FLIGHT = 1e-2
 
 
@@ -210,13 +210,12 @@ def belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     k, stop = nearest.segment, (nearest.contact, nearest.side)
     if np.abs(orbit.durations).min() < NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum()):
         return True  # two impacts at once: SIM
-    share = nearest.time / float(orbit.durations[k])
+    edge = EDGE_OF_FLIGHT * float(orbit.durations.min())
     begun, ended = orbit.signature.impacts[k], orbit.signature.solved[k]
     if nearest.watch != GAP_WATCH:  # guards of an element change with its state
         begun, ended = (Stop(end.contact, nearest.side) for end in (begun, ended))
-    return (share < EDGE_OF_FLIGHT and stop == begun) or (
-        share > 1.0 - EDGE_OF_FLIGHT and stop == ended
-    )
+    left = float(orbit.durations[k]) - nearest.time
+    return (nearest.time < edge and stop == begun) or (left < edge and stop == ended)
 
 
 def _no_touch(orbit: Orbit, nearest: Nearest) -> str:
