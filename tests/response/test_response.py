@@ -118,8 +118,50 @@ def test_the_motion_without_impacts_begins_where_it_touches_the_stop(
     (touch,) = [point.parameter for point in free.special_points]
     assert touch == pytest.approx(math.sqrt(square), rel=1e-10)
     assert free.value == pytest.approx([amplitude(w) for w in free.parameter], rel=1e-12)
+    assert free.parameter.min() == touch
+    assert (free.stability == Stability.STABLE).all()
+
+
+def test_what_does_not_exist_is_in_a_response_when_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(compare, "COMPARED_POINTS", 12)
+    asked: dict[str, Any] = {"points": 5, "starts": 0, "most_branches": 0, "progress": False}
+    whole = vi.frequency_response(OSCILLATOR, "omega", BAND, inadmissible=True, **asked)
+    (free,) = whole.curves
+    (touch,) = [point.parameter for point in free.special_points]
     beyond = free.parameter[1:] <= touch
     assert (free.stability == np.where(beyond, Stability.INADMISSIBLE, Stability.STABLE)).all()
+    assert free.parameter.min() == BAND[0]
+    assert ":" in {line.get_linestyle() for line in whole.plot(marks=False).get_lines()}
+    none = vi.frequency_response(OSCILLATOR, "omega", (0.9, 1.1), **asked)
+    assert none.curves == ()
+    assert none.notes[0] == "no motion without impacts: it would cross a stop all over the band"
+
+
+def test_a_response_goes_on_where_the_sequence_changes() -> None:
+    """Friction begins to stick where the mass reverses; amplitudes are those of simulation on both sides."""
+    machine = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.1]], stiffness=[[1.0]], forces=(vi.Harmonic(0.7, (0.0,), (1.5,)),),
+        elements=(vi.Friction((1.0,), kinetic=1.0, static=1.1),),
+    )  # fmt: skip
+    found = vi.frequency_response(
+        machine, "omega", (0.74, 0.755), points=2, starts=0, most_branches=2, depth=0,
+        settle_periods=40, periods=10, progress=False,
+    )  # fmt: skip
+    first, second = sorted(found.curves, key=lambda curve: curve.parameter.min())
+    assert first.parameter.max() == pytest.approx(second.parameter.min(), abs=1e-12)
+    assert (first.parameter.min(), second.parameter.max()) == (0.74, 0.755)
+    assert all((curve.stability == Stability.STABLE).all() for curve in found.curves)
+    for omega in (0.743, 0.752):
+        (answer,) = found.at(omega)
+        period = 2.0 * math.pi / omega
+        run = vi.simulate(
+            with_parameter(machine, "omega", omega), vi.State((2.0,), (0.0,)), t_max=41.0 * period
+        )
+        x = run.at(np.linspace(40.0 * period, 41.0 * period, 2001))[0]
+        # sampled beside the reversal, where x'' is at most 3
+        assert answer.value == pytest.approx(np.ptp(x) / 2.0, abs=1.5 * (period / 2000.0) ** 2)
 
 
 def test_the_branch_from_a_simulated_orbit_ends_at_the_touch(response: vi.Response) -> None:
@@ -298,7 +340,8 @@ def test_the_picture_has_si_units_and_lines_by_stability(
     assert decibel.get_ylabel() == "amplitude of $x_{1}$ [dB re 1 m]"
     ax = plotting.plot_response(response, marks=False)
     styles = {line.get_linestyle() for line in ax.get_lines()}
-    assert {"-", "--", ":"} <= styles
+    assert {"-", "--"} <= styles
+    assert ":" not in styles
     assert mpl.rcParams["font.family"] != ["STIXGeneral"]  # the user's again
 
 
@@ -311,7 +354,7 @@ def test_an_interruption_keeps_the_curves_found() -> None:
             raise KeyboardInterrupt
 
     found = vi.frequency_response(
-        OSCILLATOR, "omega", (0.9, 1.1), points=3, starts=1, progress=stop
+        OSCILLATOR, "omega", (1.4, 1.5), points=3, starts=1, progress=stop
     )
     assert found.interrupted
     assert found.curves[0].symbol == "1-0-0"

@@ -1,6 +1,7 @@
 """Atlas: all curves of bifurcations that can be reached from one orbit in the plane of two parameters.
 
-Method      branches of the orbit along both parameters give the first bifurcations; every one that is not on a curve
+Method      branches of the orbit along both parameters, with those with which they go on, give the first
+            bifurcations; every one that is not on a curve
             already is followed; from points of codimension two the other curves of the same orbit through the point,
             and those that begin there (switch_curve.py), are followed in turn, level by level
             A solution is on a curve if it or one of its images, brought to the chord of the two nearest points, lies
@@ -140,6 +141,7 @@ def bifurcation_atlas(
     depth: int = 1,
     most_curves: int = 40,
     steps: Steps | None = None,
+    inadmissible: bool = False,
     progress: ProgressOption = True,
 ) -> Atlas:
     """Follow all curves of bifurcations that can be reached from an orbit.
@@ -159,6 +161,9 @@ def bifurcation_atlas(
         Number of curves after which the search stops.
     steps
         Step lengths of the curves, number of points of each.
+    inadmissible
+        By default the branches on which curves begin follow what exists, as in :func:`~vibroimpact.continue_orbit`,
+        through changes of the sequence. True takes those of the orbit's own sequence, motions or not.
     progress
         True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every curve, which it describes.
@@ -194,11 +199,12 @@ def bifurcation_atlas(
     check_flag("touches", touches)
     check_count("depth", depth, 0)
     check_count("most_curves", most_curves, 1)
+    check_flag("inadmissible", inadmissible)
     check_progress(progress)
     check_kind("steps", steps, (Steps, type(None)), "Steps, or None")
     complete = True
     with Reporter(progress, "atlas") as report:
-        search = _Search(names, inside, touches, most_curves, steps, report)
+        search = _Search(names, inside, touches, most_curves, steps, inadmissible, report)
         try:
             search.from_orbit(start)
             search.level(depth)
@@ -223,6 +229,7 @@ class _Search:
     touches: bool
     most_curves: int
     steps: Steps | None
+    inadmissible: bool
     report: Reporter
     curves: list[BifurcationCurve] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
@@ -236,10 +243,13 @@ class _Search:
     def from_orbit(self, orbit: Orbit) -> None:
         """Curves through the bifurcations of the branches along both parameters."""
         for name, pair in zip(self.names, self.bounds, strict=True):
-            branch = continue_orbit(orbit, name, pair, inadmissible=True, progress=self._tell)
-            uninterrupted(branch.curve)
-            for point in branch.special_points:
-                self._follow(point, point.record)
+            branch = continue_orbit(
+                orbit, name, pair, inadmissible=self.inadmissible, progress=self._tell
+            )
+            for part in (branch, *branch.others):
+                uninterrupted(part.curve)
+                for point in part.special_points:
+                    self._follow(point, point.record)
 
     def level(self, left: int) -> None:
         """Curves through and from the points of the curves so far; ``left`` levels of switching."""

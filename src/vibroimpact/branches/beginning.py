@@ -18,6 +18,7 @@ Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -46,6 +47,7 @@ from vibroimpact.orbits.problem import Flight, OrbitProblem, Signature, without_
 from vibroimpact.simulation.simulate import before_stops, simulate
 
 Bounds = tuple[float, float]
+Begins = Callable[[BifurcationPoint, Bounds], "BranchStart | NotFound"]
 
 # Equations with rows of length 1 and a larger least singular value have a single tangent.
 LEAST_REGULAR_SINGULAR_VALUE = 1e-9
@@ -273,3 +275,9 @@ def shrunk(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     if found is None:
         return NotFound(point, "without its only impact and without forcing there is no orbit")
     return _ordinary(point, *found[:2], bounds)
+
+
+def begins_at(point: BifurcationPoint) -> Begins | None:
+    """Function that gives the start on the branch that begins at a point; None where the same orbits go on."""
+    own = point.record.begins
+    return neighbouring if point.of_element or (point.record.touch and not own) else own

@@ -16,6 +16,7 @@ from vibroimpact._core.types import (
     AnyComplexes,
     AnyFloats,
     Bounds,
+    Count,
     Flags,
     Floats,
     Integers,
@@ -27,6 +28,17 @@ from vibroimpact.machines.units import units_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.stability import Stability
 from vibroimpact.results.result import INSIDE, Result, along, rows
+
+
+class Reached(NamedTuple):
+    """Result of following what begins at a special point."""
+
+    # number of the branch and label of the point
+    branch: Count
+    label: str
+    # number of the branch that was found there or was known; None where there is none
+    to: int | None
+    how: str  # "new"; "known", "mirror image"; or the reason why there is none
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +70,9 @@ class Branch(Result):
     others
         Branches of other sequences with which it goes on where its own orbits end to be motions, in the order in
         which they were found; each has its own points and special points.
+    reached
+        :class:`Reached`, one for every special point at which orbits end to be motions: which branch begins there. The
+        branch itself is number 0, ``others[k]`` number k + 1.
     """
 
     parameter: str
@@ -72,6 +87,7 @@ class Branch(Result):
     family: OrbitFamily = field(repr=False)
     progress: Floats = field(metadata=along("point", "coordinate", quantity="length"), repr=False)
     others: tuple[Branch, ...] = field(default=(), repr=False)
+    reached: tuple[Reached, ...] = field(default=(), metadata=rows("reached"), repr=False)
 
     def __len__(self) -> int:
         return len(self.values)

@@ -16,7 +16,7 @@ from vibroimpact.branches.beginning import BranchStart
 from vibroimpact.branches.branch import Branch
 from vibroimpact.branches.checks import check_parameter
 from vibroimpact.branches.family import CHATTER, REST, OrbitFamily, rests_of
-from vibroimpact.branches.going_on import SAME_ARCLENGTH, going_on, trimmed
+from vibroimpact.branches.going_on import SAME_ARCLENGTH, Follow, going_on, trimmed
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.kinds import (
     CHATTERING,
@@ -33,7 +33,7 @@ from vibroimpact.branches.stop_rules import AT_ONCE, StopWhen, stop_rule
 from vibroimpact.branches.vanishing import passed_over, rest_at, touch_at
 from vibroimpact.branches.verify import is_neutral, why_none
 from vibroimpact.continuation import Curve, End, Steps, Stopped, Unresolved, continue_curve
-from vibroimpact.continuation.walk import START_ARCLENGTH, BeginRule, CurveProgress, check_steps
+from vibroimpact.continuation.walk import START_ARCLENGTH, CurveProgress, check_steps
 from vibroimpact.model.parameters import parameter_value
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
@@ -152,31 +152,33 @@ def continue_orbit(
     )
     for label, kind in family.events.items():
         checked_value(f"test_functions[{label!r}]", kind.function, family.arguments(z, value))
-    more = () if inadmissible else (AT_ONCE,)
     with Reporter(progress, "branch") as report:
         told = report.counted("points", parameter)
-
-        def follow(begun: BranchStart) -> Branch:
-            rule = stop_rule(stop_when, begun.family, (low, high), *more)
-            return followed(begun, (low, high), steps, rule, told)
-
+        follow = following((low, high), steps, stop_when, told, inadmissible=inadmissible)
         branch = follow(BranchStart(family, z, value, tangent, both))
         return branch if inadmissible else going_on(*trimmed(branch), follow)
 
 
-def followed(
-    start: BranchStart,
+def following(
     bounds: tuple[float, float],
     steps: Steps | None,
-    stop_when: BeginRule | None,
+    stop_when: StopWhen | None,
     progress: CurveProgress,
-) -> Branch:
-    """Branch from a start."""
-    curve = continue_curve(
-        start.family, start.z, start.parameter, bounds, tangent=start.tangent,
-        both=start.both, steps=steps or STEPS, stop_when=stop_when, progress=progress,
-    )  # fmt: skip
-    return branch_of(start.family, curve, bounds)
+    *,
+    inadmissible: bool,
+) -> Follow:
+    """Function that follows the branch from a start: all of it, or up to orbits that are no motions."""
+    more = () if inadmissible else (AT_ONCE,)
+
+    def follow(start: BranchStart) -> Branch:
+        curve = continue_curve(
+            start.family, start.z, start.parameter, bounds, tangent=start.tangent,
+            both=start.both, steps=steps or STEPS,
+            stop_when=stop_rule(stop_when, start.family, bounds, *more), progress=progress,
+        )  # fmt: skip
+        return branch_of(start.family, curve, bounds)
+
+    return follow
 
 
 def branch_of(family: OrbitFamily, curve: Curve, bounds: tuple[float, float]) -> Branch:

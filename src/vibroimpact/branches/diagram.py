@@ -1,11 +1,10 @@
 """Branch diagrams: all branches that can be reached from an orbit, and the attractors behind.
 
-Method      From the branch of the orbit, branches are switched (switch.py) once at every point of
-            kind PD, BP, GR or ZERO next to which orbits are admissible, breadth first, but points
-            whose own orbit is admissible before those next to admissible orbits on one side only:
-              - points at one parameter value (SAME_JUNCTION_OF_RANGE) that share their loop (same_orbit.py), up
-                to its first impact and the mirror image, are one junction; a loop at PD or BP may
-                be a double one, one at ZERO is that of the grazing orbit;                     (1)
+Method      The branch of the orbit goes on, at every touch at which its orbits end to be motions, as that which
+            begins there (going_on.py). From all of these, branches are switched (switch.py) once at
+            every point of kind PD, BP, GR or ZERO next to which orbits are admissible, breadth
+            first, but points whose own orbit is admissible before those next to admissible orbits on one side only:
+              - points that are one junction (junctions.py) are switched at once;            (1)
               - a branch that holds the same orbit as a known one, in the same sense, at a common
                 value of the parameter is not new. Compared are the orbits at PROBE_SHARES of its points
                 with those that Newton's method finds between neighbouring points of the known
@@ -27,6 +26,7 @@ import numpy as np
 
 from vibroimpact._core.checks import (
     check_count,
+    check_flag,
     check_index,
     check_memory,
     check_progress,
@@ -34,15 +34,25 @@ from vibroimpact._core.checks import (
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, ProgressReport, Reporter, interruptible
 from vibroimpact._core.types import Bounds, Count, Floats
-from vibroimpact.branches.branch import Branch, place_of
-from vibroimpact.branches.continue_orbit import continue_orbit
+from vibroimpact.branches.beginning import begins_at
+from vibroimpact.branches.branch import Branch, Reached, place_of
+from vibroimpact.branches.continue_orbit import continue_orbit, following
+from vibroimpact.branches.going_on import (
+    Border,
+    Follow,
+    every_part,
+    no_motions,
+    parted,
+    trimmed,
+)
+from vibroimpact.branches.junctions import KNOWN, NEW, Junctions, named
 from vibroimpact.branches.point import BifurcationPoint, NotFound
-from vibroimpact.branches.same_orbit import Loop, junction_of, same_branch, same_loop
-from vibroimpact.branches.stop_rules import StopWhen, inadmissible
+from vibroimpact.branches.same_orbit import same_branch
+from vibroimpact.branches.stop_rules import AT_ONCE, Inadmissible, Rule, StopWhen, listed
+from vibroimpact.branches.stop_rules import inadmissible as inadmissible_rule
 from vibroimpact.branches.switch import switch_branch
 from vibroimpact.compile.prescribed import PHASE
 from vibroimpact.continuation import Steps
-from vibroimpact.model.system import mechanism_of
 from vibroimpact.orbits.find import converged
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.results.result import Result, rows
@@ -51,23 +61,8 @@ from vibroimpact.simulation.places import AtPhase, AtStop
 Say = Callable[[str], object]
 
 SWEPT_POINTS = 60  # section points kept at every value of the sweep
-# Junctions at values that are so near, relative to the range, are one.
-SAME_JUNCTION_OF_RANGE = 1e-7
-# States at one junction agree so well, relative to their size: square roots halve the digits.
-JUNCTION_OF_STATES = 1e-4
 BYTES_PER_VALUE = 2**14  # a value of the sweep has some hundred section points, up and down
-STOP_WHEN = inadmissible()
-
-
-class Reached(NamedTuple):
-    """Result of switching at a special point."""
-
-    # number of the branch and label of the point
-    branch: Count
-    label: str
-    # number of the branch that was found there or was known; None where there is none
-    to: int | None
-    how: str  # "new"; "known", "mirror image"; or the reason why there is none
+STOP_WHEN = inadmissible_rule()
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +149,7 @@ def branch_diagram(
     points: int = 200,
     steps: Steps | None = None,
     stop_when: StopWhen | None = STOP_WHEN,
+    inadmissible: bool = False,
     progress: ProgressOption = True,
 ) -> Diagram:
     """Follow all branches that can be reached from an orbit by switching at special points.
@@ -163,15 +159,19 @@ def branch_diagram(
     orbit, parameter, bounds, steps
         As for :func:`~vibroimpact.continue_orbit`.
     depth
-        Largest number of switches from the orbit's branch to any other, >= 0.
+        Largest number of switches from the orbit's branch to any other, >= 0. Where a branch goes on with another
+        sequence it is the same one.
     most_branches
         Largest number of branches, >= 1.
     points
         Values of the parameter in the brute-force sweep, each way; 0 for no sweep.
     stop_when
-        As for :func:`~vibroimpact.continue_orbit`, for every branch. By default
-        ``vi.stop.inadmissible()``: parts far from admissible orbits are not followed, nor anything
-        beyond them; ``None`` follows all to the end of the range.
+        As for :func:`~vibroimpact.continue_orbit`, for every branch. By default ``vi.stop.inadmissible()``: with
+        ``inadmissible`` parts far from admissible orbits are not followed, nor anything beyond them; ``None`` follows
+        all to the end of the range.
+    inadmissible
+        By default branches follow what exists, as in :func:`~vibroimpact.continue_orbit`. True follows the orbits of
+        each sequence, motions or not.
     progress
         True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points, with the branch and its origin; at the start of a branch with the number of
@@ -180,7 +180,7 @@ def branch_diagram(
     Returns
     -------
     Diagram
-        Without branches from points that are not admissible: the orbits that begin there are not
+        Without branches from points that are not next to admissible orbits: the orbits that begin there are not
         either. One branch stands for its mirror image too. ``KeyboardInterrupt`` ends it with the
         results so far.
 
@@ -211,13 +211,15 @@ def branch_diagram(
     ):
         check_count(name, value, least)
     check_memory("points", points, BYTES_PER_VALUE, "Take fewer.")
+    check_flag("inadmissible", inadmissible)
     check_progress(progress)
     orbit = converged(orbit)
     behind = None
     with Reporter(progress, "diagram") as report:
-        following = Following(parameter, steps, stop_when, report.say)
-        options = following.options("branch 0, of the orbit")
-        first = continue_orbit(orbit, parameter, bounds, inadmissible=True, **options)
+        following = Following(
+            parameter, steps, stop_when, inadmissible or not orbit.admissible, report.say
+        )
+        first = following.branch(orbit, bounds, "branch 0, of the orbit")
         low, high = first.bounds
         tree = Tree((low, high), following)
         tree.grow(first, depth, most_branches)
@@ -256,36 +258,49 @@ def _swept(branch: Branch, orbit: Orbit, values: Floats) -> xr.Dataset:
 # ---- the tree ------------------------------------------------------------------------------------
 
 
-class _Junction(NamedTuple):
-    """Point at which branches meet."""
-
-    parameter: float
-    loop: Loop
-    touching: bool
-
-
-class _Options(TypedDict):
-    steps: Steps | None
-    stop_when: StopWhen | None
-    progress: ProgressOption
-
-
 class Following(NamedTuple):
     """Options for following branches, and the progress callback."""
 
     parameter: str
     steps: Steps | None
     stop_when: StopWhen | None
+    inadmissible: bool
     report: Say
 
-    def options(self, which: str) -> _Options:
-        """Keywords for a branch, whose name is reported."""
+    def branch(self, orbit: Orbit, bounds: tuple[float, float], which: str) -> Branch:
+        """Branch of an orbit, up to where its orbits end to be motions if that is asked for."""
+        return continue_orbit(orbit, self.parameter, bounds, **self._options(which))
+
+    def switched(
+        self, point: BifurcationPoint, bounds: tuple[float, float], which: str
+    ) -> Branch | NotFound:
+        """Branch that begins at a point, up to where its orbits end to be motions if that is asked for."""
+        return switch_branch(point, bounds, **self._options(which))
+
+    def follow(self, bounds: tuple[float, float], which: str) -> Follow:
+        """Function that follows those with which a branch goes on."""
+
+        def told(count: int, value: float) -> None:
+            self.report(f"{which}: {count} points, {self.parameter} = {value:.6g}")
+
+        return following(bounds, self.steps, self.stop_when, told, inadmissible=self.inadmissible)
+
+    def _options(self, which: str) -> _Options:
+        """Keywords for a branch of one sequence, whose name is reported."""
         self.report(which)
 
         def progress(done: ProgressReport) -> None:
             self.report(f"{which}: {done.text}")
 
-        return _Options(steps=self.steps, stop_when=self.stop_when, progress=progress)
+        rules = listed(self.stop_when) + ([] if self.inadmissible else [AT_ONCE])
+        return _Options(steps=self.steps, stop_when=rules, inadmissible=True, progress=progress)
+
+
+class _Options(TypedDict):
+    steps: Steps | None
+    stop_when: list[Rule | Inadmissible]
+    inadmissible: bool
+    progress: ProgressOption
 
 
 class _Waiting(NamedTuple):
@@ -300,6 +315,13 @@ class _Waiting(NamedTuple):
         return branches[self.branch].special_points[self.number]
 
 
+class _Part(NamedTuple):
+    """Branch, and its ends from which it goes on with others."""
+
+    branch: Branch
+    borders: list[Border]
+
+
 class Tree:
     """Branches found so far and the junctions between them."""
 
@@ -308,14 +330,14 @@ class Tree:
         self.branches: list[Branch] = []
         self.reached: list[Reached] = []
         self.untried: list[tuple[int, str]] = []
-        self.junctions: list[tuple[_Junction, Reached | None]] = []
+        self.junctions = Junctions(bounds)
         self.waiting: list[_Waiting] = []
         self.interrupted = False
 
     def grow(self, first: Branch, depth: int, most_branches: int) -> None:
         """Add a branch and switch at every waiting point, the least first."""
         self.interrupted = first.curve.interrupted
-        self._add(first, 0)
+        self._add(*self._part(first), None, 0, most_branches)
         while self.waiting:
             here = heapq.heappop(self.waiting)
             point = here.point(self.branches)
@@ -325,84 +347,91 @@ class Tree:
                 if self.interrupted or here.level >= depth or len(self.branches) >= most_branches:
                     self._leave(here.branch, point)
                 elif found := self._switched(here.branch, point):
-                    self._add(found, here.level + 1)
+                    self._add(*found, (here.branch, point), here.level + 1, most_branches)
             except KeyboardInterrupt:
                 self.interrupted = True
                 self._leave(here.branch, point)
 
-    def _add(self, branch: Branch, level: int) -> None:
-        """Add a new branch, and its points to those that wait."""
-        self.branches.append(branch)
-        number = len(self.branches) - 1
-        for index in self._points(number):
-            admissible = branch.special_points[index].admissible
-            heapq.heappush(self.waiting, _Waiting(not admissible, level, number, index))
+    def _part(self, found: Branch) -> _Part:
+        """What is kept of a branch, and its ends at which orbits end to be motions."""
+        if self.following.inadmissible:
+            return _Part(found, [])
+        part, borders = trimmed(found)
+        return _Part(part, borders)
 
-    def _points(self, number: int) -> Iterator[int]:
-        """Numbers of the points at which to switch: those next to admissible orbits."""
+    def _add(
+        self,
+        branch: Branch,
+        borders: list[Border],
+        origin: tuple[int, BifurcationPoint] | None,
+        level: int,
+        most: int,
+    ) -> None:
+        """Add a new branch, those with which it goes on, and their points to those that wait."""
+        number, back = len(self.branches), list[str]()
+        if origin:
+            borders, back = parted(borders, origin[1])
+            self.reached += [Reached(number, label, origin[0], KNOWN) for label in back]
+        follow = self.following.follow(self.bounds, f"branch {number} goes on")
+        parts, reached = every_part(
+            branch, borders, follow, self.junctions, known=self.branches, most=most
+        )
+        self.branches += parts
+        self.reached += reached
+        self.interrupted = self.interrupted or self.branches[-1].curve.interrupted
+        known = {(result.branch, result.label) for result in reached} | {
+            (number, label) for label in back
+        }
+        for k in range(number, len(self.branches)):
+            for index, point in self._points(k):
+                if (k, point.label) not in known:
+                    heapq.heappush(self.waiting, _Waiting(not point.admissible, level, k, index))
+
+    def _points(self, number: int) -> Iterator[tuple[int, BifurcationPoint]]:
+        """Points at which to switch: those next to admissible orbits."""
         branch = self.branches[number]
         for index, point in enumerate(branch.special_points):
             at = place_of(branch, point)[0]
-            if point.record.begins and branch.admissible[max(at - 1, 0) : at + 2].any():
-                yield index
+            if begins_at(point) and branch.admissible[max(at - 1, 0) : at + 2].any():
+                yield index, point
 
     def _known_junction(self, number: int, point: BifurcationPoint) -> bool:
-        """Whether a point is at a known junction (1); if so, its result is recorded."""
-        here = _junction(point)
-        mechanism = mechanism_of(point.orbit.system)
-        span = self.bounds[1] - self.bounds[0]
-        for known, result in self.junctions:
-            near = abs(known.parameter - here.parameter) <= SAME_JUNCTION_OF_RANGE * span
-            if not near or known.touching != here.touching:
-                continue
-            how = same_loop(known.loop, here.loop, mechanism, JUNCTION_OF_STATES)
-            if not how:
-                continue
-            if result is not None:
-                self.reached.append(_at_junction(number, point.label, result, how))
-            return True
-        return False
+        """Whether a point is at a known junction; if so, its result is recorded."""
+        known = self.junctions.find(number, point)
+        if known and known.result:
+            self.reached.append(known.result)
+        return known is not None
 
     def _leave(self, number: int, point: BifurcationPoint) -> None:
         self.untried.append((number, point.label))
-        self.junctions.append((_junction(point), None))
+        self.junctions.add(point, None)
 
-    def _switched(self, number: int, point: BifurcationPoint) -> Branch | None:
-        """Switch at a point; return the branch if it is new."""
+    def _switched(self, number: int, point: BifurcationPoint) -> _Part | None:
+        """Switch at a point; return what is kept of the branch if it is new."""
         where = f"from {point.label} of branch {number} ({point.orbit.symbol})"
         left = f"{len(self.waiting)} more points to try"
         which = f"branch {len(self.branches)}, {where}, {left}"
-        found = switch_branch(point, self.bounds, **self.following.options(which))
+        found = self.following.switched(point, self.bounds, which)
+        part = None if isinstance(found, NotFound) else self._part(found)
         if isinstance(found, NotFound):
             result = Reached(number, point.label, None, found.reason)
         else:
+            assert part is not None
             self.interrupted = found.curve.interrupted
-            result = self._placed(found, number, point.label)
+            exists = self.following.inadmissible or part.branch.admissible.any()
+            result = (
+                self._placed(part.branch, number, point.label)
+                if exists
+                else Reached(number, point.label, None, no_motions(found))
+            )
         self.reached.append(result)
-        self.junctions.append((_junction(point), result))
-        return found if isinstance(found, Branch) and result.how == "new" else None
+        self.junctions.add(point, result)
+        return part if result.how == NEW else None
 
     def _placed(self, found: Branch, number: int, label: str) -> Reached:
         """Result for a branch that was found, by rule (2)."""
         for k, known in enumerate(self.branches):
             how = same_branch(found, known)
             if how:
-                return Reached(number, label, k, _named(how))
-        return Reached(number, label, len(self.branches), "new")
-
-
-def _at_junction(number: int, label: str, first: Reached, how: str) -> Reached:
-    """Result of a point at a junction at which another point was switched before."""
-    if first.to is None:
-        return Reached(number, label, None, first.how)
-    back = first.to == number != first.branch
-    return Reached(number, label, first.branch if back else first.to, _named(how))
-
-
-def _named(how: str) -> str:
-    return "known" if how == "same" else how
-
-
-def _junction(point: BifurcationPoint) -> _Junction:
-    loop = junction_of(point, JUNCTION_OF_STATES)
-    return _Junction(point.parameter, loop, point.record.touch)
+                return Reached(number, label, k, named(how))
+        return Reached(number, label, len(self.branches), NEW)

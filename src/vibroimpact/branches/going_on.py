@@ -12,7 +12,7 @@ Reference   theory.md, "Branches"
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
@@ -20,8 +20,9 @@ import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.labels import numbered
-from vibroimpact.branches.beginning import BranchStart, grown, neighbouring, shrunk
-from vibroimpact.branches.branch import Branch
+from vibroimpact.branches.beginning import BranchStart, begins_at
+from vibroimpact.branches.branch import Branch, Reached
+from vibroimpact.branches.junctions import KNOWN, NEW, Junctions, named
 from vibroimpact.branches.point import BifurcationPoint, NotFound
 from vibroimpact.branches.same_orbit import same_branch
 from vibroimpact.continuation import Curve, End, Stopped
@@ -155,47 +156,112 @@ Follow = Callable[[BranchStart], Branch]
 
 def going_on(branch: Branch, borders: list[Border], follow: Follow) -> Branch:
     """The branch with those of other sequences with which it goes on (1), (2)."""
-    every, open_ends = [branch], [(0, border) for border in borders]
+    (first, *others), reached = every_part(branch, borders, follow, Junctions(branch.bounds))
+    return replace(first, others=tuple(others), reached=tuple(reached))
+
+
+def every_part(
+    branch: Branch,
+    borders: list[Border],
+    follow: Follow,
+    junctions: Junctions,
+    *,
+    known: Sequence[Branch] = (),
+    most: int = MOST_BRANCHES,
+) -> tuple[list[Branch], list[Reached]]:
+    """The branch and those with which it goes on (1), (2), and what was reached at each border.
+
+    Numbers of branches count on from those that are known; points that were not tried are not among what was reached.
+    """
+    every, reached = [*known, branch], list[Reached]()
+    open_ends = [(len(known), border) for border in borders]
     while open_ends:
         number, border = open_ends.pop(0)
-        found = _beyond(border, branch.bounds, follow, every)
-        if isinstance(found, str):
-            every[number] = _with_end(every[number], border.side, found)
-            continue
-        following, others = found
-        every[number] = _with_end(every[number], border.side, f"it goes on as {following.symbol}")
-        open_ends += [(len(every), other) for other in others]
-        every.append(following)
-    return replace(every[0], others=tuple(every[1:]))
+        what = _why_left(border, every, most)
+        if not what:
+            assert border.point is not None
+            result, borders = _beyond(number, border.point, follow, every, junctions)
+            reached.append(result)
+            if result.how == NEW:
+                others, back = parted(borders, border.point)
+                reached += [Reached(len(every) - 1, label, number, KNOWN) for label in back]
+                open_ends += [(len(every) - 1, other) for other in others]
+            what = _words(result, every)
+        every[number] = _with_end(every[number], border.side, what)
+    return every[len(known) :], reached
 
 
-def _beyond(
-    border: Border, bounds: tuple[float, float], follow: Follow, known: list[Branch]
-) -> tuple[Branch, list[Border]] | str:
-    """The branch that follows at an end, and its own other ends; else why there is none."""
-    if known[-1].curve.interrupted:
+def _why_left(border: Border, every: list[Branch], most: int) -> str:
+    """Reason why nothing is followed from a border; "" where something is."""
+    if every[-1].curve.interrupted:
         return "it was interrupted"
     if border.point is None:
         return "no special point is there"
-    if len(known) >= MOST_BRANCHES:
-        return f"{MOST_BRANCHES} branches are the most that are followed"
-    begins = border.point.record.begins
-    if begins not in (grown, shrunk) or border.point.of_element:
-        begins = neighbouring
-    start = begins(border.point, bounds)  # (1)
+    return f"{most} branches are the most that are followed" if len(every) >= most else ""
+
+
+def _beyond(
+    number: int,
+    point: BifurcationPoint,
+    follow: Follow,
+    every: list[Branch],
+    junctions: Junctions,
+) -> tuple[Reached, list[Border]]:
+    """What is reached at an end of a branch; a new branch is added, and its own other ends are returned."""
+    known = junctions.find(number, point)
+    if known and known.result:
+        return known.result, []
+    result, borders = _followed(number, point, follow, every)
+    junctions.add(point, result)
+    return result, borders
+
+
+def _followed(
+    number: int, point: BifurcationPoint, follow: Follow, every: list[Branch]
+) -> tuple[Reached, list[Border]]:
+    """Branch that begins at an end of another one, up to its own other ends."""
+    begins = begins_at(point)
+    assert begins is not None
+    none = Reached(number, point.label, None, "")
+    start = begins(point, every[number].bounds)  # (1)
     if isinstance(start, NotFound):
-        return start.reason
+        return none._replace(how=start.reason), []
     try:
         found, borders = trimmed(follow(start))
     except InvalidParameterError as error:  # the start does not converge
-        return str(error)
+        return none._replace(how=str(error)), []
     if not found.admissible.any():
-        return f"orbits with the sequence of {found.symbol} begin there, which are no motions"
-    if any(same_branch(found, other) for other in known):
-        return f"it meets the branch of {found.symbol}"
-    near = SAME_PLACE_OF_RANGE * (bounds[1] - bounds[0])
-    here = border.point.parameter
-    return found, [b for b in borders if not b.point or abs(b.point.parameter - here) > near]
+        return none._replace(how=no_motions(found)), []
+    for k, other in enumerate(every):
+        if how := same_branch(found, other):
+            return none._replace(to=k, how=named(how)), []
+    every.append(found)
+    return none._replace(to=len(every) - 1, how=NEW), borders
+
+
+def _words(result: Reached, every: list[Branch]) -> str:
+    """What follows an end, in words."""
+    if result.to is None:
+        return result.how
+    symbol = every[result.to].symbol
+    return f"it goes on as {symbol}" if result.how == NEW else f"it meets the branch of {symbol}"
+
+
+def no_motions(branch: Branch) -> str:
+    """Reason why a branch of orbits that are no motions of the machine is not one that follows."""
+    return f"orbits with the sequence of {branch.symbol} begin there, which are no motions"
+
+
+def parted(borders: list[Border], point: BifurcationPoint) -> tuple[list[Border], list[str]]:
+    """Borders of a branch other than the special point at which it begins, and the labels of that one."""
+    near = SAME_PLACE_OF_RANGE * (point.bounds[1] - point.bounds[0])
+    others, back = list[Border](), list[str]()
+    for border in borders:
+        if border.point and abs(border.point.parameter - point.parameter) <= near:
+            back.append(border.point.label)
+        else:
+            others.append(border)
+    return others, back
 
 
 def _with_end(branch: Branch, side: int, what: str) -> Branch:

@@ -38,18 +38,20 @@ class Loop(NamedTuple):
 
     impacts: tuple[Stop, ...]
     states: Floats
+    rate: float  # velocities are of the size of positions times this
 
 
 def loop_of(orbit: Orbit) -> Loop:
     """All impacts of an orbit."""
     drifts = resisted_translations(orbit.mechanism)
-    return Loop(orbit.signature.impacts, drifts.relative(unfolded(orbit).states))
+    states = drifts.relative(unfolded(orbit).states)
+    return Loop(orbit.signature.impacts, states, orbit.problem.own.rate)
 
 
 def without(loop: Loop, numbers: set[int]) -> Loop:
     """Loop without some of its impacts."""
     kept = [k for k in range(len(loop.impacts)) if k not in numbers]
-    return Loop(tuple(loop.impacts[k] for k in kept), loop.states[kept])
+    return Loop(tuple(loop.impacts[k] for k in kept), loop.states[kept], loop.rate)
 
 
 def junction_of(point: BifurcationPoint, tolerance: float) -> Loop:
@@ -71,8 +73,9 @@ def primitive_loop(loop: Loop, tolerance: float) -> Loop:
     count = len(loop.impacts)
     for part in range(1, count):
         repeated = count % part == 0 and loop.impacts == loop.impacts[:part] * (count // part)
-        if repeated and _distance(loop.states, np.roll(loop.states, -part, axis=0)) <= tolerance:
-            return Loop(loop.impacts[:part], loop.states[:part])
+        later = np.roll(loop.states, -part, axis=0)
+        if repeated and _distance(loop.states, later, loop.rate) <= tolerance:
+            return Loop(loop.impacts[:part], loop.states[:part], loop.rate)
     return loop
 
 
@@ -87,7 +90,7 @@ def same_loop(first: Loop, second: Loop, mechanism: Mechanism, tolerance: float)
 def image(loop: Loop, symmetry: Symmetry) -> Loop:
     """Image of a loop under a symmetry."""
     states = symmetry.image(loop.states, symmetry.turn)
-    return Loop(tuple(map(symmetry.stop, loop.impacts)), states)
+    return Loop(tuple(map(symmetry.stop, loop.impacts)), states, loop.rate)
 
 
 def _shifted(first: Loop, second: Loop, tolerance: float) -> bool:
@@ -96,24 +99,26 @@ def _shifted(first: Loop, second: Loop, tolerance: float) -> bool:
         return False
     return any(
         first.impacts == second.impacts[k:] + second.impacts[:k]
-        and _distance(first.states, np.roll(second.states, -k, axis=0)) <= tolerance
+        and _distance(first.states, np.roll(second.states, -k, axis=0), first.rate) <= tolerance
         for k in range(count)
     )
 
 
-def _distance(first: Floats, second: Floats) -> float:
-    """Largest difference of states relative to the size of positions and of velocities."""
+def _distance(first: Floats, second: Floats, rate: float) -> float:
+    """Largest difference of states, relative to the size of positions and of velocities.
+
+    Either may vanish at all impacts, but for rounding: it is of the size that the other and the rate give, at least.
+    """
     if not len(first):
         return 0.0
     n = first.shape[1] // 2
-    apart, size = np.abs(first - second), np.abs(first)
+    apart, size = np.abs(first - second), np.maximum(np.abs(first), np.abs(second))
+    place, speed = float(size[:, :n].max()), float(size[:, n:-1].max())
+    length = max(place, speed / rate) or 1.0
     turn = 2.0 * math.pi
     phase = np.abs((apart[:, -1] + math.pi) % turn - math.pi)
-    parts = [phase.max()]
-    for part in (slice(n), slice(n, -1)):
-        if most := apart[:, part].max():
-            parts.append(most / max(size[:, part].max(), np.abs(second[:, part]).max()))
-    return float(max(parts))
+    parts = (phase, apart[:, :n] / length, apart[:, n:-1] / (length * rate))
+    return max(float(part.max()) for part in parts)
 
 
 def half_turn(orbit: Orbit) -> int:

@@ -97,6 +97,13 @@ def unstable(*, multipliers: int = 1) -> Rule:
     return ended
 
 
+def listed(stop_when: StopWhen | None) -> list[Any]:
+    """Rules of the user as a list."""
+    if isinstance(stop_when, list | tuple):
+        return list(stop_when)
+    return [] if stop_when is None else [stop_when]
+
+
 def stop_rule(
     stop_when: StopWhen | None,
     family: OrbitFamily,
@@ -112,9 +119,7 @@ def stop_rule(
     InvalidParameterError
         An object that is not a rule.
     """
-    listed = isinstance(stop_when, list | tuple)
-    given: list[Any] = list(stop_when) if listed else [stop_when] * (stop_when is not None)  # type: ignore[arg-type]
-    given += more
+    given = [*listed(stop_when), *more]
     if family.signature.flights:
         given.append(passed_over)
     if not given:

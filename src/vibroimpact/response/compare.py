@@ -117,8 +117,11 @@ def touching_factor(response: Response) -> float:
     """
     from scipy.optimize import minimize_scalar
 
+    ends = response.band.low, response.band.high
     curve = next((one for one in response.curves if one.branch is None), None)
-    if curve is None or (curve.stability == Stability.INADMISSIBLE).any():
+    if curve is None or tuple(curve.parameter[[0, -1]].tolist()) != ends:
+        return math.nan  # it ends within the band
+    if (curve.stability == Stability.INADMISSIBLE).any():
         return math.nan
 
     def factor(value: float) -> float:

@@ -13,7 +13,7 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, cast
 
@@ -200,16 +200,20 @@ def likeness(motion: str, symbol: str) -> float:
 
     One that is not periodic may be on its way to the orbit.
     """
-    if motion in names_of(symbol):
+    if any(re.fullmatch(name, motion) for name in names_of(symbol)):
         return ON_CURVE_OF_VALUES
     return NEARLY_ON_CURVE_OF_VALUES if motion == "not periodic" else 0.0
 
 
 def names_of(symbol: str) -> tuple[str, ...]:
-    """Names of the motions that an orbit with a symbol stands for: itself and its mirror image."""
+    """Patterns of names of the motions that an orbit with a symbol stands for: itself and its mirror image.
+
+    Of completed chatter a simulation counts the impacts until the rest of it is summed.
+    """
     cycles, _, counts = symbol.partition("-")
-    pairs = re.sub(r"(\d+)-(\d+)", r"\2-\1", counts)
-    return (symbol, f"{cycles}-{pairs}", *((SILENT,) if is_silent(symbol) else ()))
+    pairs = re.sub(r"(\w+)-(\w+)", r"\2-\1", counts)
+    own = (symbol, f"{cycles}-{pairs}", *((SILENT,) if is_silent(symbol) else ()))
+    return tuple(re.escape(name).replace("inf", r"(\d+|inf)") for name in own)
 
 
 def curve_of_branch(branch: Branch, measure: Measure) -> ResponseCurve:
@@ -339,6 +343,27 @@ def curve_without_impacts(
     summits = [_summit(curve, k) for k in range(len(curve.value) - 1) if _is_peaked(curve, k)]
     found = [place for place in summits if place is not None]
     return through(np.union1d(values, found)) if found else curve
+
+
+def existing(curve: ResponseCurve) -> list[ResponseCurve]:
+    """Parts of the curve of motions without impacts that cross no stop."""
+    real = np.concatenate([[False], curve.stability != Stability.INADMISSIBLE, [False]])
+    edges = np.flatnonzero(np.diff(real.astype(int)))
+    parts = []
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        low, high = curve.parameter[[first, last]]
+        inside = [k for k, p in enumerate(curve.special_points) if low <= p.parameter <= high]
+        here = slice(first, last + 1)
+        labels = numbered(curve.special_points[k].kind for k in inside)
+        parts.append(replace(
+            curve, parameter=curve.parameter[here], value=curve.value[here], derivative=curve.derivative[here],
+            stability=curve.stability[first:last],
+            special_points=tuple(
+                replace(curve.special_points[k], label=label) for k, label in zip(inside, labels, strict=True)
+            ),
+            special_values=curve.special_values[np.array(inside, dtype=np.int64)],
+        ))  # fmt: skip
+    return parts
 
 
 def _without_impacts(

@@ -39,7 +39,6 @@ from vibroimpact._core.lazy import xr
 from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.quantities import with_unit
 from vibroimpact._core.types import Flags, Floats
-from vibroimpact.branches.continue_orbit import continue_orbit
 from vibroimpact.branches.diagram import STOP_WHEN, Following, Tree
 from vibroimpact.branches.kinds import GR, ZERO
 from vibroimpact.branches.same_orbit import loop_of, orbits_at, same_loop
@@ -66,9 +65,11 @@ from vibroimpact.response.answers import (
 )
 from vibroimpact.response.band import Band, Unit, band_of
 from vibroimpact.response.curves import (
+    ON_CURVE_OF_VALUES,
     ResponseCurve,
     curve_of_branch,
     curve_without_impacts,
+    existing,
     likeness,
 )
 from vibroimpact.results.result import Result, meanings, plotting, sized
@@ -413,6 +414,7 @@ def frequency_response(
     most_branches: int = 8,
     depth: int = 1,
     steps: Steps | None = None,
+    inadmissible: bool = False,
     workers: int | None = None,
     progress: ProgressOption = True,
 ) -> Response:
@@ -452,6 +454,9 @@ def frequency_response(
         :func:`~vibroimpact.branch_diagram`.
     steps
         As for :func:`~vibroimpact.continue_orbit`; by default longer ones.
+    inadmissible
+        By default curves are of what exists: the motion without impacts up to where it grazes, and branches as in
+        :func:`~vibroimpact.continue_orbit`. True adds motions that cross a stop.
     workers
         Threads of the simulation; by default one per core.
     progress
@@ -501,6 +506,7 @@ def frequency_response(
     nonnegative("settle_periods", settle_periods)
     positive("periods", periods)
     check_steps(steps, progress)
+    check_flag("inadmissible", inadmissible)
     simulation = Simulation(
         first, parameter, measured, start if start is not None else rest_of(first),
         _starts(starts, seed, first, chosen, start), float(settle_periods), float(periods),
@@ -510,7 +516,7 @@ def frequency_response(
     with Reporter(progress, "frequency response") as report:
         report.say(f"simulating {points} values of {parameter}")
         answers = simulation.answers(values)
-        following = Following(parameter, steps or STEPS, STOP_WHEN, report.say)
+        following = Following(parameter, steps or STEPS, STOP_WHEN, inadmissible, report.say)
         search = _Search(simulation, chosen, following, most_branches, depth)
         try:
             search.without_impacts(values)
@@ -570,8 +576,10 @@ class _Search:
         curve = curve_without_impacts(s.system, s.parameter, values, s.measure)
         if isinstance(curve, str):
             self.notes.append(f"no motion without impacts: {curve}")
-        else:
-            self.curves.append(curve)
+            return
+        self.curves += [curve] if self.following.inadmissible else existing(curve)
+        if not self.curves:
+            self.notes.append("no motion without impacts: it would cross a stop all over the band")
 
     def branches(self, answers: list[list[Answer]]) -> None:
         """Branches from simulated orbits, then from the graze of the motion without impacts."""
@@ -641,11 +649,8 @@ class _Search:
         """Follow the branch of an orbit, and those reached from it."""
         number = len(self.tree.branches)
         which = f"branch {number}, {orbit.symbol}"
-        options = self.following.options(which)
         try:
-            branch = continue_orbit(
-                orbit, self.simulation.parameter, self.bounds, inadmissible=True, **options
-            )
+            branch = self.following.branch(orbit, self.bounds, which)
         except InvalidParameterError as error:
             self.notes.append(f"{orbit.symbol} was not followed: {error}")
             self.failed[orbit.symbol] = TRIED_MOTIONS
@@ -655,14 +660,31 @@ class _Search:
         self.interrupted = self.interrupted or self.tree.interrupted
         for found in self.tree.branches[before:]:
             self.following.report(f"measuring {found.symbol}, {len(found)} points")
-            self.curves.append(curve_of_branch(found, self.simulation.measure))
+            curve = curve_of_branch(found, self.simulation.measure)
+            if not self._is_without_impacts(curve):
+                self.curves.append(curve)
         self.failed[orbit.symbol] = self.failed.get(orbit.symbol, 0) + 1
+
+    @property
+    def _silent(self) -> list[ResponseCurve]:
+        """Curves of motions without impacts in closed form."""
+        return [curve for curve in self.curves if curve.branch is None]
+
+    def _is_without_impacts(self, curve: ResponseCurve) -> bool:
+        """Whether a branch, of orbits without events, is that of the motions in closed form."""
+        if curve.branch is None or not curve.branch.family.signature.eventless:
+            return False
+        k = len(curve.value) // 2
+        value, own = float(curve.parameter[k]), float(curve.value[k])
+        return any(
+            abs(known.between(int(at), value) - own) <= ON_CURVE_OF_VALUES * abs(own)
+            for known in self._silent
+            for at in known.stretches(value)
+        )
 
     def _grazing(self) -> Iterator[Orbit]:
         """Orbits that begin where the motion without impacts touches a rigid stop."""
-        if not self.curves or self.curves[0].branch is not None:
-            return
-        touches = [point.parameter for point in self.curves[0].special_points]
+        touches = [point.parameter for curve in self._silent for point in curve.special_points]
         yield from (orbit for value in touches if (orbit := self._touching(value)) is not None)
 
     def _touching(self, value: float) -> Orbit | None:
@@ -670,7 +692,8 @@ class _Search:
         near = SAME_TOUCH_OF_BAND * (self.band.high - self.band.low)
         if any(
             point.record in (ZERO, GR) and abs(point.parameter - value) <= near
-            for curve in self.curves[1:]
+            for curve in self.curves
+            if curve.branch is not None
             for point in curve.special_points
         ):
             return None
