@@ -136,10 +136,14 @@ def test_a_plastic_ball_no_longer_rests_where_its_flight_takes_the_period() -> N
     assert opening.admissible.all()
 
 
+@cache
+def past_chatter() -> vi.Branch:
+    return vi.continue_orbit(settled(1.59, 0.5), "forces[0].sine[0]", (1.59, 1.602))
+
+
 @pytest.mark.slow
 def test_chatter_ends_to_be_completed_where_simulated_balls_no_longer_come_to_rest() -> None:
-    branch = vi.continue_orbit(settled(1.59, 0.5), "forces[0].sine[0]", (1.585, 1.6))
-    end = branch["CHAT1"]
+    end = past_chatter()["CHAT1"]
     assert end.error < 1e-6
 
     def rests(push: float) -> bool:
@@ -148,6 +152,30 @@ def test_chatter_ends_to_be_completed_where_simulated_balls_no_longer_come_to_re
 
     assert rests(end.parameter - end.error)
     assert not rests(end.parameter + end.error)
+    # the limit of the counts in tests/normal_forms/test_chatter.py, to 15 impacts, extrapolated by its law
+    assert abs(end.parameter - 1.5973488311) < 5e-10
+    assert end.normal_form.restitution == 0.5
+    assert "0.502614 times as far away" in repr(end.normal_form)
+
+
+@pytest.mark.slow
+def test_a_branch_goes_on_from_chatter_to_sequences_with_an_impact_more_or_fewer() -> None:
+    branch = past_chatter()
+    counts = {int(part.symbol.rpartition("-")[2]): part for part in branch.others}
+    least, most = min(counts), max(counts)
+    assert sorted(counts) == list(range(least, most + 1))
+    assert len(counts) == 7
+    assert all(part.admissible.all() for part in branch.others)
+    at = branch["CHAT1"].parameter
+    born = [counts[k]["GR1"].parameter - at for k in range(least + 1, most)]  # with an impact more
+    ratios = np.array(born[1:]) / np.array(born[:-1])
+    wanted = branch["CHAT1"].normal_form.ratio
+    assert np.all(np.abs(ratios / wanted - 1.0) < 0.02)
+    for part in (branch, *branch.others):  # the ends say what follows
+        assert any(
+            "goes on" in str(end) or "not followed" in str(end) or "most" in str(end)
+            for end in part.curve.ends
+        )
 
 
 def test_a_file_and_a_picture_hold_the_branches_with_which_it_goes_on(tmp_path: Path) -> None:

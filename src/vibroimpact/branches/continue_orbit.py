@@ -14,8 +14,9 @@ from vibroimpact._core.progress import ProgressOption, Reporter, interruptible
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.beginning import BranchStart
 from vibroimpact.branches.branch import Branch
+from vibroimpact.branches.chatter import distance_left
 from vibroimpact.branches.checks import check_parameter
-from vibroimpact.branches.family import CHATTER, REST, OrbitFamily, rests_of
+from vibroimpact.branches.family import CHATTER, REST, OrbitFamily
 from vibroimpact.branches.going_on import SAME_ARCLENGTH, Follow, going_on, trimmed
 from vibroimpact.branches.grazing import grazings
 from vibroimpact.branches.kinds import (
@@ -41,8 +42,6 @@ from vibroimpact.orbits.orbit import Orbit
 # The sum of chatter stops at this share of its first speed (orbit/prescribed.hpp), with an error of it where the
 # force that ends it vanishes.
 CHATTER_RELATIVE = 2.0**-27
-# A rest after chatter at the end of a curve is that of a vanishing one where its square, in periods, is less.
-SHORT_REST_OF_PERIOD = 1e-4
 STEPS = Steps(first=0.02, largest=0.5, points=600)
 
 
@@ -304,27 +303,21 @@ def _named(at: _Fields) -> _Fields:
 def _ends_of_chatter(curve: Curve, orbits: list[Orbit]) -> Iterator[_Fields]:
     """Ends of a curve at which chatter ceases to be completed.
 
-    The rest after it vanishes there as a root does, so that the curve ends a little before; t^2 of the last two
-    points gives the place, and how far it is from the last point is the error.
+    The rest after it vanishes there as a power of the distance, so that the curve ends a little before; the law of the
+    last two points gives the place, and how far it is from the last point is the error.
     """
     for at, before in ((-1, -2), (0, 1)):
         if len(curve) < 2 or curve.ends[at].reason is not Stopped.STEP:
             continue
-        orbit, second = orbits[at], orbits[before]
-        for k, what in rests_of(orbit.mechanism, orbit.signature).items():
-            short, longer = float(orbit.durations[k]) ** 2, float(second.durations[k]) ** 2
-            if what != CHATTER or not short < min(longer, SHORT_REST_OF_PERIOD * orbit.period**2):
-                continue
-            last, apart = (
-                float(curve.parameter[at]),
-                float(np.diff(curve.parameter[[before, at]])[0]),
-            )
-            left = apart * short / (longer - short)
+        if found := distance_left(orbits[at], orbits[before]):
+            k, beyond = found
+            last = float(curve.parameter[at])
+            left = float(np.diff(curve.parameter[[before, at]])[0]) * beyond
             yield {
                 "test": f"{CHATTER} {k}", "parameter": last + left, "z": curve.z[at], "tangent": curve.tangent[at],
                 "arclength": float(curve.arclength[at]),
                 "error": max(abs(left), CHATTER_RELATIVE * abs(last)), "crossing": 1 if at == 0 else -1,
-                "orbit": orbit, "record": CHATTERING, "segment": k,
+                "orbit": orbits[at], "record": CHATTERING, "segment": k,
             }  # fmt: skip
 
 

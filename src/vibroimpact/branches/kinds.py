@@ -15,6 +15,7 @@ from typing import Any
 from vibroimpact._core.checks import refusal, shown
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.branches.beginning import branching, doubled, grown, neighbouring, shrunk
+from vibroimpact.branches.chatter import chatter_end
 from vibroimpact.branches.family import (
     CHATTER,
     EVENT,
@@ -58,8 +59,8 @@ RESTING = PointKind(
     begins=neighbouring, of_element="stick begins or ends: friction sticks for no time",
 )  # fmt: skip
 CHATTERING = PointKind(
-    "CHAT", "chatter is completed", "completed chatter begins or ends: the rest after it takes no time", touch=True,
-    test=CHATTER, begins=neighbouring,
+    "CHAT", "chatter is completed", "completed chatter begins or ends: the rest after it takes no time, and sequences "
+    "of ever more impacts accumulate there", touch=True, test=CHATTER, begins=neighbouring, normal_form=chatter_end,
 )  # fmt: skip
 CROSSING = PointKind(
     "CS", "crossing-sliding", "crossing-sliding: a plastic impact that opens at once begins to rest, or ends to",

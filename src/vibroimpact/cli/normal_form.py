@@ -6,6 +6,7 @@ import argparse
 import json
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from vibroimpact.cli.output import Done
 from vibroimpact.normal_forms import (
     BranchPoint,
     CentreManifold,
+    ChatterEnd,
     Flip,
     NeimarkSacker,
     Refusal,
@@ -67,6 +69,8 @@ def run(arguments: argparse.Namespace) -> Done:
             else _about(point, form)
         )
         return Done([*told], form)
+    if isinstance(form, ChatterEnd):
+        return Done([json.dumps(_of_chatter(point, form), indent=2)] if arguments.json else [form])
     facts = _facts(point, form)
     return Done([json.dumps(facts, indent=2)] if arguments.json else [point, *_words(facts)])
 
@@ -150,6 +154,20 @@ def _of_touch(point: BifurcationPoint, form: Touch) -> Facts:
         "gap": form.gap.tolist(),
         "added": form.added()._asdict(),
         "windows": [{name: _finite(x) for name, x in w._asdict().items()} for w in windows],
+    }
+
+
+def _of_chatter(point: BifurcationPoint, form: ChatterEnd) -> Facts:
+    """What is said of an end of completed chatter."""
+    return {
+        "point": point.label,
+        **asdict(form),
+        "error": point.error,
+        "orbit": point.orbit.symbol,
+        "shrinking": form.shrinking,
+        "ratio": form.ratio,
+        "power": form.power,
+        "meaning": form.meaning,
     }
 
 

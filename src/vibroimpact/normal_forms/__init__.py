@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from vibroimpact.normal_forms.branch_point import BranchPoint
 from vibroimpact.normal_forms.centre_manifold import CentreManifold, centre_manifold
+from vibroimpact.normal_forms.chatter import ChatterEnd
 from vibroimpact.normal_forms.codimension_one import normal_form
 from vibroimpact.normal_forms.codimension_two import codimension_two
 from vibroimpact.normal_forms.critical import NormalForm, Refusal, Status
@@ -29,6 +30,7 @@ __all__ = [
     "Added",
     "BranchPoint",
     "CentreManifold",
+    "ChatterEnd",
     "CodimensionTwo",
     "Composition",
     "ContactLaw",
