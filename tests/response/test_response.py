@@ -348,6 +348,21 @@ def test_the_picture_has_si_units_and_lines_by_stability(
 # ---- misuse and interruption ---------------------------------------------------------------------
 
 
+def test_a_response_is_told_as_simulated_first_and_with_one_curve_more_after_each_branch() -> None:
+    told: list[vi.Response] = []
+    found = vi.frequency_response(
+        OSCILLATOR, "omega", (0.9, 1.1), points=3, starts=1, most_branches=1, depth=0,
+        so_far=told.append, progress=False,
+    )  # fmt: skip
+    first = len(told[0].curves)
+    assert all(curve.branch is None for curve in told[0].curves)
+    assert len(found.curves) > first > 0
+    for more, one in enumerate(told):
+        assert one.curves == found.curves[: first + more]
+    assert told[-1].curves == found.curves
+    assert all(one.answers == found.answers for one in told)
+
+
 def test_an_interruption_keeps_the_curves_found() -> None:
     def stop(report: vi.ProgressReport) -> None:
         if report.text.startswith("branch 0"):
@@ -368,6 +383,7 @@ def test_an_interruption_keeps_the_curves_found() -> None:
         ({"parameter": "omeg"}, "one of zeta, omega"), ({"measure": "loudness"}, "'impact rate'"),
         ({"unit": "kHz"}, "must be one of , Hz"), ({"parameter": "zeta", "unit": "Hz"}, "not the forcing"),
         ({"points": 1}, ">= 2"), ({"starts": -1}, ">= 0"), ({"progress": 3}, "True, a function"),
+        ({"so_far": "plot"}, "a function of a Response"),
     ],
 )  # fmt: skip
 def test_what_makes_no_response_is_refused(changes: dict[str, Any], words: str) -> None:

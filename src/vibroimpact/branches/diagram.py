@@ -333,6 +333,7 @@ class Tree:
         self.junctions = Junctions(bounds)
         self.waiting: list[_Waiting] = []
         self.interrupted = False
+        self.added: Callable[[], object] = lambda: None  # is called after every new branch
 
     def grow(self, first: Branch, depth: int, most_branches: int) -> None:
         """Add a branch and switch at every waiting point, the least first."""
@@ -378,6 +379,7 @@ class Tree:
         )
         self.branches += parts
         self.reached += reached
+        self.added()
         self.interrupted = self.interrupted or self.branches[-1].curve.interrupted
         known = {(result.branch, result.label) for result in reached} | {
             (number, label) for label in back

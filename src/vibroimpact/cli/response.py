@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import argparse
+import math
+import sys
+import time
 from collections.abc import Callable
 from typing import Any
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact.cli import common
 from vibroimpact.cli.ensemble import system_over
-from vibroimpact.cli.output import Done
+from vibroimpact.cli.output import Done, wants, write
 from vibroimpact.response.compare import measured_beside
 from vibroimpact.response.response import frequency_response
-from vibroimpact.results.files import PAGES
+from vibroimpact.results.files import PAGES, PICTURES
 
 EXAMPLE = (
     "  vibroimpact response impact-damper/A --band omega=0.4:0.6 --measure x1 --compare linear "
     "--out response.svg --out report.html"
 )
 BAND = ("unit", "measure")
+DRAWING_SHARE = 0.1  # of the time drawing takes so much at most
 SIMULATION = ("points", "seed", "settle_periods", "periods")
 SEARCH = ("most_branches", "depth", "workers")
 LOOKS = ("compare", "decibel")
@@ -50,6 +54,31 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     common.add_out(parser, pages=PAGES)
 
 
+def _drawing(arguments: argparse.Namespace, drawn: dict[str, Any]) -> Callable[[Any], None] | None:
+    """What writes the pictures of a response as it is found; None where no file is one.
+
+    They are drawn again after a branch where that takes a small share of the time since they were drawn.
+    """
+    paths = [path for path in arguments.out if wants([path], PICTURES)]
+    if not paths:
+        return None
+    last, took = -math.inf, 0.0
+
+    def draw(response: Any) -> None:
+        nonlocal last, took
+        begin = time.monotonic()
+        if begin - last < took / DRAWING_SHARE:
+            return
+        write(paths, Done([], response, lambda: response.plot(**drawn)), arguments.columns)
+        if not took:
+            names = ", ".join(map(str, paths))
+            sys.stderr.write(f"{names}: what is simulated; branches are added as they are found\n")
+        last = time.monotonic()
+        took = last - begin
+
+    return draw
+
+
 def add_band(parser: argparse._ActionsContainer, function: Callable[..., Any]) -> None:
     """Add what varies while a machine runs, its band, and what a function measures over it."""
     text = "the parameter, usually omega, and its band, in --unit where it is given"
@@ -72,8 +101,9 @@ def run(arguments: argparse.Namespace) -> Done:
     for one in drawn.get("compare", ()):  # refuses a linear machine that does not exist
         measured_beside(few, one)(few.band.low)
     response = frequency_response(
-        case.system, **chosen, **common.given(arguments, ("starts", *SIMULATION, *SEARCH))
-    )
+        case.system, **chosen, **common.given(arguments, ("starts", *SIMULATION, *SEARCH)),
+        so_far=_drawing(arguments, drawn),
+    )  # fmt: skip
     common.check_interrupted(response)
     try:
         words = in_brief(response, drawn.get("compare", ()))

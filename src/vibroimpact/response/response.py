@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
@@ -28,6 +28,7 @@ from vibroimpact._core.checks import (
     check_count,
     check_flag,
     check_memory,
+    is_function,
     names_arguments,
     nonnegative,
     positive,
@@ -416,6 +417,7 @@ def frequency_response(
     steps: Steps | None = None,
     inadmissible: bool = False,
     workers: int | None = None,
+    so_far: Callable[[Response], object] | None = None,
     progress: ProgressOption = True,
 ) -> Response:
     """Compute how a machine answers over a band: every steady motion, with one measure of it.
@@ -459,6 +461,9 @@ def frequency_response(
         :func:`~vibroimpact.continue_orbit`. True adds motions that cross a stop.
     workers
         Threads of the simulation; by default one per core.
+    so_far
+        A function that is given the response as it is then: when motions are simulated, with the motion without
+        impacts, and after every branch; each has one curve more. So a picture is there long before the last branch.
     progress
         True shows it on standard error after 2 s; a function gets a :class:`~vibroimpact.ProgressReport` after
         every panel of points of a branch, and before the sweep.
@@ -476,8 +481,8 @@ def frequency_response(
 
     Notes
     -----
-    Cost, for the impact damper on two cores: three seconds for 200 values, 16 starts and 300 periods;
-    one to three seconds a branch.
+    Cost, for the impact damper on two cores: a second for 200 values, 16 starts and 300 periods, which ``so_far`` is
+    given first; half a second to two seconds a branch.
 
     Examples
     --------
@@ -507,26 +512,35 @@ def frequency_response(
     positive("periods", periods)
     check_steps(steps, progress)
     check_flag("inadmissible", inadmissible)
+    if so_far is not None and not is_function(so_far):
+        raise refusal("so_far", so_far, "a function of a Response, or None")
     simulation = Simulation(
         first, parameter, measured, start if start is not None else rest_of(first),
         _starts(starts, seed, first, chosen, start), float(settle_periods), float(periods),
         {} if workers is None else {"workers": workers},
     )  # fmt: skip
     values = chosen.values(points)
+
+    def found() -> Response:
+        return Response(
+            first, chosen, measured, tuple(search.curves), values, tuple(map(tuple, answers)), simulation,
+            tuple(search.notes), search.interrupted,
+        )  # fmt: skip
+
     with Reporter(progress, "frequency response") as report:
         report.say(f"simulating {points} values of {parameter}")
         answers = simulation.answers(values)
         following = Following(parameter, steps or STEPS, STOP_WHEN, inadmissible, report.say)
         search = _Search(simulation, chosen, following, most_branches, depth)
+        if so_far is not None:
+            search.tell = lambda: so_far(found())
         try:
             search.without_impacts(values)
+            search.tell()
             search.branches(answers)
         except KeyboardInterrupt:
             search.interrupted = True
-    return Response(
-        first, chosen, measured, tuple(search.curves), values, tuple(map(tuple, answers)), simulation,
-        tuple(search.notes), search.interrupted,
-    )  # fmt: skip
+    return found()
 
 
 def _starts(
@@ -562,6 +576,9 @@ class _Search:
         self.curves: list[ResponseCurve] = []
         self.notes: list[str] = []
         self.interrupted = False
+        self.tell: Callable[[], object] = lambda: None  # is called after every new curve
+        self.measured = 0  # so many of the branches
+        self.tree.added = self._measure
         self.failed: dict[str, int] = {}
         self.rubs = any(e.slipping for e in mechanism_of(simulation.system).elements)
 
@@ -655,15 +672,20 @@ class _Search:
             self.notes.append(f"{orbit.symbol} was not followed: {error}")
             self.failed[orbit.symbol] = TRIED_MOTIONS
             return
-        before = len(self.tree.branches)
         self.tree.grow(branch, self.depth, self.most_branches)
         self.interrupted = self.interrupted or self.tree.interrupted
-        for found in self.tree.branches[before:]:
-            self.following.report(f"measuring {found.symbol}, {len(found)} points")
-            curve = curve_of_branch(found, self.simulation.measure)
+        self._measure()  # what an interruption has left
+        self.failed[orbit.symbol] = self.failed.get(orbit.symbol, 0) + 1
+
+    def _measure(self) -> None:
+        """Measure the branches that are new."""
+        for branch in self.tree.branches[self.measured :]:
+            self.following.report(f"measuring {branch.symbol}, {len(branch)} points")
+            curve = curve_of_branch(branch, self.simulation.measure)
+            self.measured += 1
             if not self._is_without_impacts(curve):
                 self.curves.append(curve)
-        self.failed[orbit.symbol] = self.failed.get(orbit.symbol, 0) + 1
+                self.tell()
 
     @property
     def _silent(self) -> list[ResponseCurve]:
