@@ -1102,10 +1102,6 @@ PAIR = vi.Harmonic(1.0, (0.1, 0.2))
             "would give coordinate 1 a mass.*Give it a small mass first",
         ),
         (
-            lambda: vi.find_circle(still(RUBBING), vi.State((0.0,), (0.0,))),
-            "circles are found for rigid stops that stand still.*Take find_orbits",
-        ),
-        (
             lambda: vi.find_orbit(
                 still(RUBBING), vi.Guess(np.ones((1, 3)), np.ones(1)), stops=[(0, 1)]
             ),

@@ -101,12 +101,6 @@ def test_a_start_at_rest_sticks_up_to_the_static_force(x: float) -> None:
     assert run.position[-1, 0] == x
 
 
-@pytest.mark.parametrize("elements", [(BILINEAR,), (BELT,)])
-def test_circles_refuse_what_they_do_not_cover(elements: Any) -> None:
-    with pytest.raises(vi.InvalidParameterError, match="rigid stops that stand still"):
-        vi.find_circle(oscillator(*elements), START)
-
-
 def test_a_frequency_moves_stops_with_it() -> None:
     motion = vi.Harmonic(2.0, (0.3,))
     m = vi.Mechanism(

@@ -30,7 +30,7 @@ from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.modes import Guard, Mode, Watch, closed_from_code
 from vibroimpact.compile.piecewise import Piecewise, held_in, states_from_code
 from vibroimpact.model.dashpots import along, forces_by_speeds, loose_groups, vanishes
-from vibroimpact.model.mechanism import Mechanism, held_last, needs_elements
+from vibroimpact.model.mechanism import Mechanism, held_last
 from vibroimpact.model.parameters import expanded
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
@@ -794,17 +794,6 @@ def _appears(terms: list[Any]) -> bool:
     if not vanishes([_value(x) for x in terms]):
         return False
     return not all(vanishes(list(order)) for order in [*zip(*orders, strict=True)][1:])
-
-
-def check_rigid(system: System) -> Mechanism:
-    """The mechanism of a system, refused where it has more than rigid stops that stand still."""
-    m = mechanism_of(system)
-    if needs_elements(m):
-        raise InvalidParameterError(
-            f"system = {shown(system)}: circles are found for rigid stops that stand still, with "
-            "symmetric matrices. Take find_orbits, find_orbit, continue_orbit, simulate, classify."
-        )
-    return m
 
 
 def check_prescribed(system: System, m: Mechanism) -> None:

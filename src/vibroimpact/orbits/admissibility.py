@@ -157,6 +157,15 @@ def amplitudes(
     return sizes
 
 
+def relative_gap(near: Nearest, sizes: Mapping[tuple[int, int], float]) -> float:
+    """Gap relative to the amplitude of its guard; of rigid stops to the largest of theirs, so that they compare."""
+    if near.watch == GAP_WATCH:
+        size = max(size for (_, watch), size in sizes.items() if watch == GAP_WATCH)
+    else:
+        size = sizes[near.contact, near.watch]
+    return near.gap / size if size else near.gap
+
+
 def _gaps(guard: GuardAlong, along: Passage, ends: _Ends, whole: float) -> Iterator[Nearest]:
     """Gaps of a guard in a flight: at its extrema, and where others begin or end it."""
     margin = PLAY_OF_AMPLITUDE * whole

@@ -27,6 +27,7 @@ from vibroimpact.orbits.admissibility import (
     Place,
     amplitudes,
     least_gaps,
+    relative_gap,
     why_inadmissible,
 )
 from vibroimpact.orbits.multipliers import PencilOf, with_structural
@@ -369,15 +370,9 @@ class Orbit(Result):
         if not self.signature.flights:
             return min(self.gaps.values(), default=None)
         sizes = self.amplitudes
-        length = max(
-            (size for (_, watch), size in sizes.items() if watch == GAP_WATCH), default=0.0
+        return min(
+            self.gaps.values(), key=lambda near: (relative_gap(near, sizes), near), default=None
         )
-
-        def relative(near: Nearest) -> tuple[float, Nearest]:
-            size = length if near.watch == GAP_WATCH else sizes[near.contact, near.watch]
-            return near.gap / size if size else near.gap, near
-
-        return min(self.gaps.values(), key=relative, default=None)
 
     @property
     def clearance_to_grazing(self) -> float:

@@ -19,8 +19,10 @@ from vibroimpact.simulation.simulate import (
     COUNTED,
     GOES_ON,
     Flights,
+    Run,
     RunEnd,
     Status,
+    assembled,
     begin,
     events_for,
     first_phases,
@@ -122,6 +124,20 @@ class Simulator:
         name, count = ("impacts", impacts) if points is None else ("points", points)
         announce_measured(name, count, beginning, impacts)
         return self.impacts_of(self.events(impacts))
+
+    def run(self, impacts: int) -> Run:
+        """The next impacts with all events between them, on the clock of the whole motion."""
+        first = self.at
+        part = self.events(impacts)
+        return assembled(
+            self.system,
+            self.start,
+            self.compiled,
+            np.array(first.y),
+            first.mode,
+            [part],
+            _why(part)[0],
+        )
 
     def next_events(self, events: int) -> Any:
         """The next events, impacts or not, as the kernel records them."""

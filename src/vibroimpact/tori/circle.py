@@ -14,14 +14,20 @@ from vibroimpact._core.checks import numbers
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import AnyAmount, Complexes, Floats, Share
-from vibroimpact.compile.prescribed import GAP_WATCH
+from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, PHASE_WATCH, End
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.state import State, names_of_state
-from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.admissibility import PLAY_OF_AMPLITUDE, Nearest, amplitudes, least_gaps
+from vibroimpact.orbits.admissibility import (
+    PLAY_OF_AMPLITUDE,
+    Nearest,
+    amplitudes,
+    least_gaps,
+    relative_gap,
+)
 from vibroimpact.orbits.problem import Signature
+from vibroimpact.orbits.reversals import held_reversal
 from vibroimpact.orbits.stability import Stability, stability_of
 from vibroimpact.results.result import Result, along
 from vibroimpact.tori.fourier import (
@@ -72,14 +78,14 @@ class Circle(Result):
     system
         The system, or the :class:`ExplicitMap`.
     signature
-        Impacts and cycles of one iterate of P; None for a formula.
+        Impacts and cycles of one iterate of P, with elements all events and the modes between; None for a formula.
     parameter
         Name of the parameter along which it was found; "" for none.
     value
         Value of the parameter; of a formula, p.
     points
         The curve at the nodes phi = j / N, shape (N, d), N odd: the coordinates of the section of
-        the first impact, as those of :func:`full_map`, or of the formula. The phase of the forcing
+        the first event, as those of :func:`full_map`, or of the formula. The phase of the forcing
         is continuous along the curve, not folded to one cycle.
     times
         Flight times from each node, shape (N, m); m = 0 for a formula.
@@ -108,6 +114,11 @@ class Circle(Result):
     def converged(self) -> bool:
         """Whether the equations hold to the tolerance."""
         return self.status == FOUND
+
+    @property
+    def _nowhere(self) -> bool:
+        """Whether there is not even a guess of it."""
+        return not np.isfinite(self.points).all()
 
     @property
     def nodes(self) -> int:
@@ -139,7 +150,7 @@ class Circle(Result):
         return at_phases(self.points, np.atleast_1d(numbers("phi", phi)).ravel() % 1.0)
 
     def states(self, phi: ArrayLike) -> Floats:
-        """States (x, v, theta) just after the first impact at phases, shape (m, 2n + 1)."""
+        """States (x, v, theta) just after the first event of the signature at phases, shape (m, 2n + 1)."""
         return self._impacting.states(self.at(phi), self.value)
 
     def state(self, phi: float = 0.0) -> State:
@@ -192,9 +203,12 @@ class Circle(Result):
 
     @cached_property
     def normal(self) -> NormalStability:
-        """Exponents and bundles normal to the circle."""
+        """Exponents and bundles normal to the circle; NaN where there is not even a guess of it."""
+        if self._nowhere:
+            return NormalStability(np.full(self.points.shape[1] - 1, np.nan), ())
         points, by_point, noise = self._resolved
-        return normal_stability(points, by_point, self.rotation_number, noise)
+        zeros = self.map.forgotten if isinstance(self.map, SignatureMap) else 0
+        return normal_stability(points, by_point, self.rotation_number, noise, zeros)
 
     @cached_property
     def _resolved(self) -> tuple[Floats, Floats, float]:
@@ -256,39 +270,69 @@ class Circle(Result):
 
     @cached_property
     def nearest(self) -> Approach:
-        """Least gap to a stop along the circle, with its phase, stop, flight and time."""
+        """Least gap to a stop along the circle, with its phase, stop, flight and time.
+
+        With elements the margins of all their guards count, each relative to its amplitude.
+        """
         if not isinstance(self.map, SignatureMap):
             return Approach(math.inf, 0.0, None)
-        count = max(self.nodes, FEWEST_PHASES)
-        grid, width = phases(count), 1.0 / count
-        least = self._least_gap(grid)
+        if self._nowhere:
+            return Approach(math.nan, math.nan, None)
+        least, width = self._least_gap(self._grid), 1.0 / len(self._grid)
         for _ in range(MOST_ZOOMS if least.nearest else 0):
             near = least.phi + width * np.linspace(-1.0, 1.0, ZOOM_POINTS)
-            least, width = min(least, self._least_gap(near)), width / 4.0
+            least, width = min(least, self._least_gap(near), key=self._relative), width / 4.0
         return least._replace(phi=least.phi % 1.0)
+
+    @property
+    def _grid(self) -> Floats:
+        """Phases at which gaps are taken."""
+        return phases(max(self.nodes, FEWEST_PHASES))
+
+    def _flights(self, phi: Floats) -> tuple[Floats, Floats, tuple[End, ...]]:
+        """States at the start of all flights from some phases, their times and their ends."""
+        points, guess = self.at(phi), at_phases(self.times, phi)
+        times = self._impacting.images(points, self.value, guess).times
+        states = self._impacting.departures(points, self.value, times)
+        return states, times.ravel(), self._impacting.problem.ends * len(phi)
+
+    @cached_property
+    def _amplitudes(self) -> dict[tuple[int, int], float]:
+        """Sizes of the gaps along the circle, by contact and watch."""
+        return amplitudes(self._impacting.problem.compiled(self.value), *self._flights(self._grid))
+
+    def _relative(self, here: Approach) -> float:
+        return relative_gap(here.nearest, self._amplitudes) if here.nearest else math.inf
 
     def _least_gap(self, phi: Floats) -> Approach:
         """Least gap in the flights from some phases; ``segment`` counts within one iterate."""
-        problem, times = self._impacting.problem, at_phases(self.times, phi)
-        states = self._impacting.departures(self.at(phi), self.value, times)
-        ends = problem.impacts * len(phi)
-        begun = problem.signature.impacts[: len(problem.impacts)] * len(phi)
-        gaps = least_gaps(problem.compiled(self.value), states, times.ravel(), ends, begun)
-        if not gaps:
+        problem, flights = self._impacting.problem, self._flights(phi)
+        begun = problem.signature.impacts[: len(problem.ends)] * len(phi)
+        found = least_gaps(problem.compiled(self.value), *flights, begun).values()
+        if not found:
             return Approach(math.inf, 0.0, None)
-        here = min(gaps.values(), key=lambda nearest: nearest.gap)
-        node, segment = divmod(here.segment, len(problem.impacts))
+        here = min(found, key=lambda near: relative_gap(near, self._amplitudes))
+        node, segment = divmod(here.segment, len(problem.ends))
         return Approach(here.gap, float(phi[node]), here._replace(segment=segment))
 
     @property
     def clearance_to_grazing(self) -> float:
-        """Least gap between the impacts along the circle; infinite where no gap has an extremum."""
+        """Gap, or margin of an element's guard, at the nearest approach; infinite where none has an extremum."""
         return self.nearest.gap
+
+    @cached_property
+    def _rates(self) -> Floats:
+        """Rates at which the guards at the ends of the flights are reached along the circle, (N, m)."""
+        return resampled(self._images.rates, max(self.nodes, FEWEST_PHASES | 1))
 
     @property
     def least_impact_speed(self) -> float:
         """Smallest closing speed of an impact along the circle; negative from behind."""
-        rates = resampled(self._images.rates, max(self.nodes, FEWEST_PHASES | 1))
+        if self._nowhere:
+            return math.nan
+        rates = self._rates
+        if isinstance(self.map, SignatureMap):
+            rates = rates[:, self.map.problem.struck]
         return float(rates.min(initial=math.inf))
 
     @property
@@ -304,20 +348,28 @@ class Circle(Result):
         if not isinstance(self.map, SignatureMap):
             return ""
         if self.times.min() <= 0.0:
-            return f"a flight takes the time {self.times.min():.6g}: two impacts change order"
-        if self.least_impact_speed <= 0.0:
-            return f"an impact comes from behind, at {abs(self.least_impact_speed):.6g}"
+            return f"a flight takes the time {self.times.min():.6g}: two events change order"
+        for k, end in enumerate(self.map.problem.ends):
+            rate = float(self._rates[:, k].min())
+            if rate <= 0.0 and end.watch not in (CHATTER_WATCH, PHASE_WATCH):
+                what = (
+                    "an impact comes"
+                    if end.watch == GAP_WATCH
+                    else f"a limit of element {end.contact} is reached"
+                )
+                return f"{what} from behind, at {abs(rate):.6g}"
         gap, phi, nearest = self.nearest
-        if nearest is None:
-            return ""
-        states = self.states(phases(self.nodes))
-        compiled = self.map.problem.compiled(self.value)
-        ends = self._impacting.problem.ends[:1] * len(states)
-        size = amplitudes(compiled, states, self.times[:, 0], ends)[nearest.contact, GAP_WATCH]
-        if gap >= -PLAY_OF_AMPLITUDE * size:
-            return ""
-        stop = Stop(nearest.contact, nearest.side).words
-        return f"the gap at {stop} is {gap:.6g} at phase {phi:.6g} of the circle, in flight {nearest.segment}"
+        if (
+            nearest is None
+            or gap >= -PLAY_OF_AMPLITUDE * self._amplitudes[nearest.contact, nearest.watch]
+        ):
+            states, _, ends = self._flights(self._grid)
+            return (
+                held_reversal(self.map.system_at(self.value), states, ends)
+                if self.map.signature.flights
+                else ""
+            )
+        return f"at phase {phi:.6g} of the circle {nearest}"
 
     # ---- results ----------------------------------------------------------------------------------
 
@@ -328,10 +380,14 @@ class Circle(Result):
             .to_dataset()
             .assign(
                 normal_exponent=("normal", self.normal_exponents),
-                bundle=("normal", [str(kind) for kind in self.bundles]),
+                bundle=(
+                    "normal",
+                    [str(kind) for kind in self.bundles]
+                    or ["unknown"] * len(self.normal_exponents),
+                ),
             )
         )
-        if isinstance(self.map, SignatureMap):
+        if isinstance(self.map, SignatureMap) and self.signature is not None:
             known = names_of_state(mechanism_of(self.map.system).degrees)
             names = [known[i] for i in self.map.kept]
             data["points"].attrs |= units_of(self.map.system).of_entries(names)
@@ -359,7 +415,7 @@ class Circle(Result):
         (p, q), gap = self.resonance, self.clearance_to_grazing
         full = f"; {self.full_rotation_number:.12g} turns per full map" if self.symmetric else ""
         clear = f"clearance to grazing {gap:.6g}" if math.isfinite(gap) else (
-            "no gap has an extremum between impacts"
+            "no gap has an extremum between events"
         )  # fmt: skip
         lines = [
             repr(self),

@@ -24,7 +24,6 @@ from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.kinds import NS
 from vibroimpact.branches.point import BifurcationPoint
-from vibroimpact.compile.prescribed import check_rigid
 from vibroimpact.model.parameters import parameter_value, with_parameter
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop
@@ -91,8 +90,8 @@ def find_circle(
     Parameters
     ----------
     system
-        A system, whose impact map is meant: the half map H of motion that its symmetry maps to
-        itself, else the full map P; or a map given by a formula.
+        A system, whose map from the section of an event is meant: the half map H of motion that its symmetry maps
+        to itself, else the full map P; or a map given by a formula.
     start
         For a system: a :class:`State` to simulate from, or a section, from whose last state; the
         circle is that on which the motion settles. Or a Neimark-Sacker point of a branch,
@@ -102,8 +101,8 @@ def find_circle(
     p
         Parameter of a formula; by default that of the circle, or 0.
     stops, cycles, symmetric
-        Signature, as of :func:`find_orbit`; by default that of the motion. ``symmetric=False``
-        solves on the full map.
+        Signature, as of :func:`find_orbit`; by default that of the motion, which of a machine with elements has all
+        events and must not be given. ``symmetric=False`` solves on the full map.
     settle_iterates
         Iterates of the motion to discard first, >= 0; four times as many if it has not settled
         then, up to three times.
@@ -118,8 +117,9 @@ def find_circle(
     -------
     Circle
         With ``converged`` False and a sentence in ``status`` where the motion is periodic, chaotic
-        or does not settle, where there is no circle on this side of a Neimark-Sacker point, where
-        Newton's method fails or the circle needs more nodes.
+        or does not settle, where the order of its events changes or something is held all the time, where
+        there is no circle on this side of a Neimark-Sacker point, where Newton's method fails or the circle
+        needs more nodes.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def second_iterate(circle: Circle) -> CircleMap:
 def _twice(known: Signature) -> Signature:
     if known.symmetric:
         return replace(known, symmetric=False)
-    return Signature(known.impacts * 2, known.cycles * 2)
+    return known.repeated(2)
 
 
 def of_second_iterate(circle: Circle, count: int) -> Trial:
@@ -304,7 +304,6 @@ def _of_system(
     settle_iterates: int,
     points: int,
 ) -> Started:
-    check_rigid(system)
     if isinstance(start, Section):
         start = start.last
     if isinstance(start, State):
@@ -342,7 +341,9 @@ def _from_point(system: System, point: BifurcationPoint) -> Started:
         return nothing(status, signature)
     orbit = point.orbit
     z = orbit.problem.packed(orbit.states, orbit.durations)
-    circle_map = impact_map(system, signature, scale_of(orbit.problem, z)[: orbit.problem.size])
+    scale, first = np.ones(orbit.states.shape[1]), orbit.states[0]
+    scale[orbit.problem.kept] = scale_of(orbit.problem, z)[: orbit.problem.size]
+    circle_map = impact_map(system, signature, scale, float(first[-1]))
     curve = circle_map.coordinates(orbit.states[:1]) + form.circle(dp, PREDICTED_NODES)
     times = np.tile(orbit.durations, (PREDICTED_NODES, 1))
     return Started(circle_map, signature, Trial(curve, form.rotation_number(dp), 0.0, times))

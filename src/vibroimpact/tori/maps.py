@@ -1,16 +1,20 @@
 """Maps whose invariant circles are computed, evaluated at all nodes of a circle at once.
 
-Method      Impact map of a signature: from a point xi of the section of its first impact, m flights
-            and impacts; the flight times t_k are the zeros of the gaps,
+Method      Map of a signature: from a point xi of the section of its first event, an impact or a change of state
+            of an element, m flights in their modes with the events at their ends; the flight times t_k are the
+            zeros of the guards that are reached,
                 gap_k(zeta_k, t_k, p) = 0,   zeta_(k+1) = F(zeta_k, t_k, p),                     (1)
             by Newton's method from given times, for all points in one call of the kernel. With
             g = gap_k and dt_k = -(g_zeta dzeta + g_p dp) / g_t the derivatives are
                 dzeta_(k+1) = (F_zeta - F_t g_zeta / g_t) dzeta_k + (F_p - F_t g_p / g_t) dp.    (2)
             The end is mirrored for the half map, and the phase loses the turns of the signature,
             so that a circle that is born from a periodic orbit is a closed curve in its phase too.
-            The section's own place moves with the parameter,
-                x_j = (limit - sum over i != j of row_i x_i) / row_j.                            (3)
-Assumes     impacts that are not grazing, g_t != 0
+            The section is where the guard u of the first event has its limit; with the phase, for a stop that
+            moves, and with the parameter it changes its place. The entry of zeta that it leaves out is
+                zeta_j - (u - limit) / u_j,   dzeta_j = -(u_zeta dzeta + (u - limit)_p dp) / u_j, (3)
+            exact for a place or speed, in which u is linear; a phase is found in a few steps.
+            Along a drift that the orbit equations leave out (orbits/problem.py) the circle need not close.
+Assumes     events at which the guard changes its sign, g_t != 0
 Accuracy    rounding of the flights
 Fails       NaN where the flight times are not found
 Reference   theory.md, "Periodic orbits" and "Invariant circles"
@@ -25,15 +29,21 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from vibroimpact._core.types import Floats
-from vibroimpact._kernel import Jet
-from vibroimpact.compile.prescribed import Linearised, Prescribed, compile_prescribed
-from vibroimpact.model.parameters import expanded, with_parameter
+from vibroimpact.compile.prescribed import (
+    CHATTER_WATCH,
+    GAP_WATCH,
+    NONE_LEFT_OUT,
+    End,
+    Linearised,
+    Prescribed,
+)
+from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.multipliers import section_basis
 from vibroimpact.orbits.problem import OrbitProblem, Signature
 
 TIME_NEWTON_STEPS = 20  # Newton's method for (1) takes so many steps at most
+PHASE_NEWTON_STEPS = 8  # and for the phase of a section
 # The step after one that is so small, which is still taken, is its square.
 SMALL_STEP_RELATIVE = 1e-8
 LARGEST_STEP_OF_FLIGHT = 0.25  # a step changes a flight time by no larger share
@@ -42,8 +52,8 @@ LARGEST_STEP_OF_FLIGHT = 0.25  # a step changes a flight time by no larger share
 class Images(NamedTuple):
     """Images of points, with first derivatives.
 
-    ``times`` are the flight times (N, m), ``rates`` the speeds of approach at the impacts (N, m),
-    both with m = 0 for a formula.
+    ``times`` are the flight times (N, m), ``rates`` the rates (N, m) at which the guards at their ends approach
+    their limits, of impacts the closing speeds; both with m = 0 for a formula.
     """
 
     points: Floats  # (N, d)
@@ -92,12 +102,16 @@ class FormulaMap:
 
 @dataclass(frozen=True, eq=False)
 class SignatureMap:
-    """Half map of a symmetric signature, or full map of another, in the first impact's section."""
+    """Half map of a symmetric signature, or full map of another, in the section of its first event.
+
+    Where the guard of that event depends on the phase alone, the section is at the one next to ``phase``.
+    """
 
     system: System
     signature: Signature
     parameter: str
     sizes: Floats = field(repr=False)
+    phase: float = 0.0
 
     @cached_property
     def problem(self) -> OrbitProblem:
@@ -105,14 +119,33 @@ class SignatureMap:
         return OrbitProblem(self.system, self.signature, self.parameter)
 
     @cached_property
+    def numbers(self) -> list[int]:
+        """Numbers of the coordinates among the unknowns of a state of the orbit equations."""
+        left_out = self.problem.left_out(self.problem.own), *self.problem.pivots
+        return [i for i in range(self.problem.size) if i not in left_out]
+
+    @cached_property
     def kept(self) -> tuple[int, ...]:
         """Entries of (x, v, theta) that are the coordinates."""
-        return tuple(i for i in range(self.problem.size) if i != self._left_out)
+        return tuple(self.problem.kept[i] for i in self.numbers)
 
     @cached_property
     def _left_out(self) -> int:
-        compiled = compile_prescribed(self.system, self.parameter)
-        return compiled.solved_coordinate(self.signature.first)
+        """Entry of (x, v, theta) that the section gives; NONE_LEFT_OUT for the section that is all of space."""
+        number = self.problem.left_out(self.problem.own)
+        return number if number == NONE_LEFT_OUT else self.problem.kept[number]
+
+    @cached_property
+    def section(self) -> End:
+        """Limit that the guard of the first event has in the section."""
+        first = self.signature.first
+        return first._replace(watch=GAP_WATCH) if first.watch == CHATTER_WATCH else first
+
+    @property
+    def forgotten(self) -> int:
+        """Number of directions that are lost within an iterate: friction sticks, a stop is rested on, a reset."""
+        most = max(self.problem.own.modes[mode].forgotten for mode in self.problem.modes)
+        return most + (self._left_out == NONE_LEFT_OUT)
 
     def system_at(self, p: float) -> System:
         """The system at a value of the parameter."""
@@ -120,40 +153,55 @@ class SignatureMap:
 
     def states(self, points: Floats, p: float) -> Floats:
         """States (N, 2n + 1) of section points: (3)."""
-        m = self.problem.compiled(p).mechanism
-        first, j = self.signature.impacts[0], self._left_out
-        row, limit = np.array(m.rigid_stops[first.contact].row), first.limit(m.rigid_stops)
-        states = np.zeros((len(points), 2 * m.degrees + 1))
+        compiled, j = self.problem.compiled(p), self._left_out
+        states = np.zeros((len(points), compiled.size))
         states[:, list(self.kept)] = points
-        states[:, j] = (limit - states[:, : len(row)] @ row) / row[j]
+        at_phase = j == compiled.size - 1
+        if at_phase:
+            states[:, j] = self.phase
+        if j != NONE_LEFT_OUT:
+            guard = compiled.guard(self.section)
+            limit = guard.upper if self.section.side > 0 else guard.lower
+            for _ in range(PHASE_NEWTON_STEPS if at_phase else 1):
+                slope = compiled.slopes(self.section, states[0])[j]
+                u = compiled.embedded(states[:, :-1], states[:, -1]) @ guard.row + guard.gain
+                states[:, j] -= (u - limit) / slope
+        if self.problem.massless:
+            return compiled.with_speeds(states, self.problem.modes[:1] * len(states))
         return states
 
     def coordinates(self, states: Floats) -> Floats:
         """Section points of states."""
-        return states[:, list(self.kept)]
+        unknowns = states[:, self.problem.kept]
+        if self.problem.pivots:
+            unknowns = unknowns @ self.problem.relative.T
+        return unknowns[:, self.numbers]
 
     def images(self, points: Floats, p: float, times: Floats) -> Images:
         """Images of points."""
-        compiled, q = self.problem.compiled(p), self.problem.size
+        compiled, problem = self.problem.compiled(p), self.problem
         states = self.states(points, p)
-        slopes = compiled.slopes(self.signature.first, states[0])
-        basis, kept = section_basis(slopes[:q], self._left_out)
-        by_point = np.tile(basis, (len(points), 1, 1))
-        by_parameter = np.zeros((len(points), q))
-        by_parameter[:, self._left_out] = self._section_moves(states, p)
+        by_point, by_parameter = self._tangents(compiled, states)
         spent, rates = np.array(times), np.empty_like(times)
-        for k, stop in enumerate(self.problem.impacts):
-            spent[:, k], parts = _landed(compiled, states, times[:, k], [stop] * len(points))
-            jump, moved = _transition(parts, q)
+        for k, end in enumerate(problem.ends):
+            spent[:, k], parts = _landed(compiled, states, times[:, k], [end] * len(points))
+            jump, moved = _transition(parts)
             by_parameter = np.einsum("nij,nj->ni", jump, by_parameter) + moved
             by_point = jump @ by_point
-            states, rates[:, k] = parts.after, stop.side * parts.rate
-        source, mirror = self.problem.source[kept], self.problem.signs[kept]
-        back = self.problem.turn.copy()  # the symmetry is its own inverse, but for the phase
-        back[-1] *= -1.0 if compiled.mechanism.forces else 1.0
-        ends = mirror * states[:, source] + back[kept]
+            states, rates[:, k] = parts.after, end.side * parts.rate
+        unknowns = states[:, problem.kept]
+        by_point, by_parameter = by_point[:, problem.kept], by_parameter[:, problem.kept]
+        if problem.pivots:
+            unknowns, by_parameter = (
+                unknowns @ problem.relative.T,
+                by_parameter @ problem.relative.T,
+            )
+            by_point = problem.relative @ by_point
+        source, mirror = problem.source[self.numbers], problem.signs[self.numbers]
+        back = problem.turn.copy()  # the symmetry is its own inverse, but for the phase
+        back[-1] *= -1.0 if problem.mechanism.forces else 1.0
         return Images(
-            ends,
+            mirror * unknowns[:, source] + back[self.numbers],
             mirror[:, None] * by_point[:, source],
             mirror * by_parameter[:, source],
             spent,
@@ -162,38 +210,32 @@ class SignatureMap:
 
     def departures(self, points: Floats, p: float, times: Floats) -> Floats:
         """States at the start of all flights of all points, in rows n m + k."""
-        compiled, impacts = self.problem.compiled(p), self.problem.impacts
+        compiled, ends = self.problem.compiled(p), self.problem.ends
         begun = [self.states(points, p)]
-        for k, stop in enumerate(impacts[:-1]):
-            begun.append(compiled.linearise(begun[k], times[:, k], [stop] * len(points)).after)
+        for k, end in enumerate(ends[:-1]):
+            begun.append(compiled.linearise(begun[k], times[:, k], [end] * len(points)).after)
         return np.stack(begun, axis=1).reshape(-1, begun[0].shape[1])
 
-    def _section_moves(self, states: Floats, p: float) -> Floats:
-        """Derivative of (3) by the parameter, at fixed other coordinates."""
-        if not self.parameter:
-            return np.zeros(len(states))
-        first, j = self.signature.impacts[0], self._left_out
-        varied = expanded(self.system_at(p), self.parameter)
-        row = varied.rigid_stops[first.contact].row
-        slopes = np.array([_slope(r) for r in row])
-        fixed = self.problem.compiled(p).mechanism.rigid_stops[first.contact].row[j]
-        limit = _slope(first.limit(varied.rigid_stops))
-        return np.asarray((limit - states[:, : len(row)] @ slopes) / fixed, dtype=np.float64)
+    def _tangents(self, compiled: Prescribed, states: Floats) -> tuple[Floats, Floats]:
+        """Derivatives (3) of states of the section by its coordinates and by the parameter."""
+        j, kept, count = self._left_out, list(self.kept), len(states)
+        by_point = np.tile(np.eye(compiled.size)[:, kept], (count, 1, 1))
+        by_parameter = np.zeros((count, compiled.size))
+        if j != NONE_LEFT_OUT:
+            slopes = compiled.linearise(states, np.zeros(count), [self.section] * count).gap_by
+            by_point[:, j] = -slopes[:, kept] / slopes[:, [j]]
+            by_parameter[:, j] = -slopes[:, -1] / slopes[:, j]
+        return by_point, by_parameter
 
 
-def impact_map(system: System, signature: Signature, scale: Floats) -> SignatureMap:
-    """Map of one system, from the sizes of x, v and theta."""
-    unscaled = SignatureMap(system, signature, "", scale)
+def impact_map(system: System, signature: Signature, scale: Floats, phase: float) -> SignatureMap:
+    """Map of one system, from the sizes of x, v and theta and a phase of its section."""
+    unscaled = SignatureMap(system, signature, "", scale, phase)
     return replace(unscaled, sizes=scale[list(unscaled.kept)])
 
 
-def _slope(x: object) -> float:
-    """Derivative of a number or a jet by the parameter."""
-    return float(x.coefficients[1]) if isinstance(x, Jet) else 0.0
-
-
 def _landed(
-    compiled: Prescribed, states: Floats, times: Floats, ends: list[tuple[int, int]]
+    compiled: Prescribed, states: Floats, times: Floats, ends: list[End]
 ) -> tuple[Floats, Linearised]:
     """Flight times (1), and the flights with their derivatives."""
     times, size = times.copy(), np.maximum(np.abs(times), np.finfo(float).tiny)
@@ -212,10 +254,11 @@ def _landed(
     return np.full_like(times, np.nan), parts._replace(after=nothing)
 
 
-def _transition(parts: Linearised, q: int) -> tuple[Floats, Floats]:
-    """Derivatives (2) of the state after the impact, by the state before and by the parameter."""
+def _transition(parts: Linearised) -> tuple[Floats, Floats]:
+    """Derivatives (2) of the state after the event, by the state before and by the parameter."""
+    q = parts.after.shape[1]
     with np.errstate(all="ignore"):
-        by_time = parts.after_by[:, :q, -2] / parts.gap_by[:, -2, None]
-    jump = parts.after_by[:, :q, :q] - by_time[:, :, None] * parts.gap_by[:, None, :q]
-    moved = parts.after_by[:, :q, -1] - by_time * parts.gap_by[:, -1, None]
+        by_time = parts.after_by[:, :, -2] / parts.gap_by[:, -2, None]
+    jump = parts.after_by[:, :, :q] - by_time[:, :, None] * parts.gap_by[:, None, :q]
+    moved = parts.after_by[:, :, -1] - by_time * parts.gap_by[:, -1, None]
     return jump, moved

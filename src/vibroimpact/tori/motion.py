@@ -1,7 +1,9 @@
 """First guess of a circle from a long motion, or from the iterates of a formula.
 
-Method      The stops of the impacts, in order, repeat a shortest word; its cycles are the mean
-            advance of the phase per word, a whole number of turns                               (1)
+Method      The events in order, impacts and changes of state with the modes that follow, repeat a shortest word;
+            its cycles are the mean advance of the phase per word, a whole number of turns       (1)
+            It begins with an impact, at an upper stop if there is one; without impacts with any event, of
+            those that reset the state only where there is no other.
             The states after every word (every half word and its mirror image, where the word's
             second half is the first with the sides exchanged) are iterates x_n of the full map
             (of the half map), the phase less the cycles passed                                  (2)
@@ -11,7 +13,8 @@ Method      The stops of the impacts, in order, repeat a shortest word; its cycl
                 c_k = sum_n w_n x_n exp(-2 pi i k n rho)                                         (4)
 Assumes     a motion that has settled on a smooth circle
 Accuracy    (4) converges faster than any power of the number of iterates
-Fails       a sentence: no such word, periodic (locked) motion, no smooth closed curve
+Fails       a sentence: no such word, periodic (locked) motion, no smooth closed curve; something is held in all
+            modes of the word
 Reference   [das2017] for (4)
 """
 
@@ -27,19 +30,27 @@ from vibroimpact._core.progress import counting
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.point_sets import InvariantSet, Kind, classify_points
 from vibroimpact.attractors.rotation import weights
-from vibroimpact.model.mechanism import Mechanism
+from vibroimpact.compile.piecewise import held_in
+from vibroimpact.compile.prescribed import NONE_LEFT_OUT, compile_prescribed
 from vibroimpact.model.state import State
-from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.normal_forms.explicit import ExplicitMap
-from vibroimpact.orbits.problem import Signature, forcing_repeats, oddness
-from vibroimpact.simulation.simulate import RunEnd, Status
-from vibroimpact.simulation.simulator import Impacts, Simulator
+from vibroimpact.orbits.closing_segment import (
+    ALONE,
+    TOGETHER,
+    Events,
+    codes_of,
+    events_of,
+    flights_of,
+)
+from vibroimpact.orbits.problem import Flight, Signature, forcing_repeats, impacting, oddness
+from vibroimpact.simulation.simulate import GOES_ON, Run, Status
+from vibroimpact.simulation.simulator import Simulator
 from vibroimpact.tori.fourier import values_of
 from vibroimpact.tori.maps import CircleMap, FormulaMap, impact_map
 from vibroimpact.tori.solve import FEWEST_NODES, Trial
 
-LONGEST_WORD = 64  # impacts
+LONGEST_WORD = 64  # events
 MOST_WORDS = 16  # until the forcing repeats
 # A mean advance of the phase that is so near to a whole number of turns is one.
 WHOLE_TURNS_WITHIN = 1e-3
@@ -84,44 +95,57 @@ def from_motion(
     word = len(given.impacts) if given else 2
     for _ in range(MOST_SETTLINGS):
         end = motion.settle(settle_iterates * word)
-        if end is not RunEnd.IMPACTS:
-            return nothing(f"the motion does not go on impacting: {end.sentence}")
-        record = motion.record(points * word + LONGEST_WORD)
-        if why := _irregular(record):
-            return nothing(why)
-        signature = given or signature_of(record, mechanism_of(system))
+        if end not in GOES_ON:
+            return nothing(f"the motion does not go on: {end.sentence}")
+        record = _recorded(motion.run(points * word + LONGEST_WORD))
+        settle_iterates *= 4
+        signature = given or signature_of(record)
         if isinstance(signature, str):
-            return nothing(signature)
+            found = nothing(signature)
+            continue  # a motion that has not settled may have other events
         if symmetric is False:
             signature = replace(signature, symmetric=False)
         if len(signature.solved) > word:
             word = len(signature.solved)
-            record = motion.record(points * word + LONGEST_WORD)
-        found, settled = _from_record(system, record, signature)
+            record = _recorded(motion.run(points * word + LONGEST_WORD))
+        found, settled = _from_record(record, signature)
         if settled:
-            return found
-        settle_iterates *= 4
+            break
     return found
 
 
-def _irregular(record: Impacts) -> str:
-    if record.end is not RunEnd.IMPACTS:
-        return f"the motion does not go on impacting: {record.end.sentence}"
-    if record.sticks or (record.status != Status.IMPACT).any():
-        return "the motion chatters, sticks or has several impacts at once: its map is not smooth"
-    return ""
+class Record(NamedTuple):
+    """Events of a settled motion, with the code of the mode after each, shape (m,)."""
+
+    run: Run
+    events: Events
+    codes: list[int]
 
 
-def signature_of(record: Impacts, m: Mechanism) -> Signature | str:
+def _recorded(run: Run) -> Record:
+    events = events_of(run)
+    return Record(run, events, codes_of(run, events, slice(None)))
+
+
+def signature_of(record: Record) -> Signature | str:
     """Signature (1) of a recorded motion, as its own mirror image if it can be; or a reason."""
-    stops = np.column_stack([record.contact, record.side])
-    for length in range(1, LONGEST_WORD + 1):
-        if (stops[length:] == stops[:-length]).all():
+    m, events = mechanism_of(record.run.system), record.events
+    if record.run.end not in GOES_ON:
+        return f"the motion does not go on: {record.run.end.sentence}"
+    for status, why in ((Status.SIMULTANEOUS, TOGETHER), (Status.STICK, ALONE)):
+        if (events.status == status).any():
+            return f"its map is not smooth: {why}"
+    symbols = np.column_stack([events.stops, events.status, record.codes])
+    for length in range(1, min(LONGEST_WORD, len(symbols) // 2) + 1):
+        if (symbols[length:] == symbols[:-length]).all():
             break
     else:
-        return f"the impacts follow no word of up to {LONGEST_WORD} stops: there is no one map"
-    turns = _turns(record, m)
-    per_word = (turns[-1] - turns[0]) / (len(turns) - 1) * length
+        return (
+            f"the events follow no word of up to {LONGEST_WORD}: the order of its events changes along the motion, so "
+            "that there is no one map, which would be smooth"
+        )
+    turns = events.states[:, -1] / (2.0 * math.pi)
+    per_word = (turns[-1] - turns[0]) / (len(turns) - 1) * length if m.forces else 0.0
     for repeats in range(1, MOST_WORDS + 1):
         cycles = round(per_word * repeats)
         whole = abs(per_word * repeats - cycles) <= WHOLE_TURNS_WITHIN
@@ -130,35 +154,52 @@ def signature_of(record: Impacts, m: Mechanism) -> Signature | str:
     else:
         return (
             f"the phase of the forcing advances by {per_word:.6g} turns per word of {length} "
-            "impacts, not by a whole number: the circle winds around the phase, which is not solved"
+            "events, not by a whole number: the circle winds around the phase, which is not solved"
         )
-    begin = int(np.argmax(stops[:length, 1] > 0)) if (stops[:length, 1] > 0).any() else 0
-    around = [Stop(int(c), int(s)) for c, s in stops[begin : begin + length]] * repeats
-    half = len(around) // 2
+    flights = _flights(record, length)
+    if flights is None:
+        return f"its map is not smooth: {TOGETHER}"
+    once = Signature(tuple(events.stops[:length]), cycles, False, flights)
+    if flights and held_in(m, [flight.mode for flight in flights]):
+        return "a stop is rested on, or friction sticks, all the time: such motions have no circle here"
+    whole = once.rolled(_beginning(record.run.system, once)).repeated(repeats)
+    around, half = whole.impacts, len(whole.impacts) // 2
     symmetric = (
         len(around) % 2 == 0
-        and around[half:] == [stop.opposite for stop in around[:half]]
+        and around[half:] == tuple(stop.opposite for stop in around[:half])
+        and not flights
         and not oddness(m, cycles)
     )
-    return Signature(tuple(around), cycles, symmetric)
+    return replace(whole, cycles=cycles, symmetric=symmetric)
 
 
-def _turns(record: Impacts, m: Mechanism) -> Floats:
-    """Turns of the first forcing line since the start, exact to rounding of the phase."""
-    if not m.forces:
-        return np.zeros(len(record.phase))
-    phase = record.phase / (2.0 * math.pi)
-    passed = m.omega * (record.time - record.time[0]) / (2.0 * math.pi) + phase[0]
-    return np.asarray(phase + np.rint(passed - phase))
+def _flights(record: Record, length: int) -> tuple[Flight, ...] | None:
+    """Flights of the first word; none where nothing but rigid stops is met, None where no guard ends one."""
+    if not mechanism_of(record.run.system).switching and not any(record.codes[:length]):
+        return ()
+    found = flights_of(record.run, record.events, slice(0, length))
+    return None if None in found else tuple(flight for flight in found if flight)
 
 
-def _from_record(system: System, record: Impacts, signature: Signature) -> tuple[Started, bool]:
+def _beginning(system: System, word: Signature) -> int:
+    """Number of the event with which the map begins."""
+    codes = tuple(sorted({flight.mode for flight in word.flights})) or (0,)
+    compiled, struck = compile_prescribed(system, "", codes), impacting(mechanism_of(system), word)
+
+    def later(k: int) -> tuple[bool, bool, bool]:
+        resets = compiled.solved_coordinate(word.rolled(k).first) == NONE_LEFT_OUT
+        return resets, not struck[k], word.impacts[k].side < 0
+
+    return min(range(len(word.impacts)), key=later)
+
+
+def _from_record(record: Record, signature: Signature) -> tuple[Started, bool]:
     """Guess (2) to (4) from a record, and whether the motion had settled."""
-    rows = _iterates(system, record, signature)
+    rows = _iterates(record, signature)
     if rows is None:
-        return nothing(f"the impacts of the motion do not follow {signature.impacts}"), True
+        return nothing(f"the events of the motion do not follow {signature.impacts}"), True
     states, times = rows
-    impacting = impact_map(system, signature, _sizes(states))
+    impacting = impact_map(record.run.system, signature, _sizes(states), float(states[0, -1]))
     points = impacting.coordinates(states)
     kind = classify_points(points / impacting.sizes)
     if kind.kind is not Kind.QUASIPERIODIC or kind.curve is None:
@@ -168,8 +209,7 @@ def _from_record(system: System, record: Impacts, signature: Signature) -> tuple
         symmetric = signature.symmetric and k % 2 == 1
         if signature.symmetric and not symmetric:
             k //= 2
-        whole = Signature(signature.impacts * k, signature.cycles * k, symmetric)
-        return _from_record(system, record, whole)
+        return _from_record(record, replace(signature.repeated(k), symmetric=symmetric))
     trial = averaged(points, times, kind.curve.rotation.value, 0.0)
     return Started(impacting, signature, trial), kind.settled
 
@@ -181,33 +221,29 @@ def _sizes(states: Floats) -> Floats:
     return np.concatenate([np.full(n, place or 1.0), np.full(n, speed or 1.0), [1.0]])
 
 
-def _iterates(
-    system: System, record: Impacts, signature: Signature
-) -> tuple[Floats, Floats] | None:
-    """States (2) at the beginning of every word and the flight times that follow."""
-    m, solved = mechanism_of(system), len(signature.solved)
-    stops = [Stop(int(c), int(s)) for c, s in zip(record.contact, record.side, strict=True)]
-    word = list(signature.impacts)
-    begin = next((i for i in range(len(word)) if stops[i : i + len(word)] == word), None)
+def _iterates(record: Record, signature: Signature) -> tuple[Floats, Floats] | None:
+    """States (2) at the beginning of every word and the flight times that follow; None for another word."""
+    events, solved = record.events, len(signature.solved)
+    modes = [flight.mode for flight in signature.flights] or [0] * len(signature.impacts)
+    word = list(zip(signature.impacts, modes, strict=True))
+    passed = list(zip(events.stops, record.codes, strict=True))
+    begin = next((i for i in range(len(word)) if passed[i : i + len(word)] == word), None)
     if begin is None:
         return None
-    count = (len(stops) - begin - 1) // solved
-    expected = (word * (len(stops) // len(word) + 2))[: count * solved]
-    if stops[begin : begin + count * solved] != expected:
+    count = (len(passed) - begin - 1) // solved
+    expected = (word * (len(passed) // len(word) + 2))[: count * solved]
+    if passed[begin : begin + count * solved] != expected:
         return None
-    n = m.degrees
-    turns = _turns(record, m)[begin:]
-    high, low = record.high[begin:], record.low[begin:]
-    flights = np.diff(high) + np.diff(low)
-    starts = np.arange(count) * solved
-    share = signature.cycles * (0.5 if signature.symmetric else 1.0)
-    passed = turns[starts] - share * np.arange(count)
-    sign = (-1.0) ** np.arange(count) if signature.symmetric else np.ones(count)
-    states = np.zeros((count, 2 * n + 1))
-    states[:, :n] = sign[:, None] * record.position[begin:][starts]
-    states[:, n : 2 * n] = sign[:, None] * record.velocity[begin:][starts]
-    states[:, 2 * n] = 2.0 * math.pi * (passed - math.floor(passed.mean()))
-    return states, flights[: count * solved].reshape(count, solved)
+    flights = np.diff(events.times[begin:])[: count * solved].reshape(count, solved)
+    starts = np.arange(count)
+    states = events.states[begin:][starts * solved]
+    n = states.shape[1] // 2
+    share = 2.0 * math.pi * signature.cycles * (0.5 if signature.symmetric else 1.0)
+    states[:, -1] -= share * starts
+    states[:, -1] -= 2.0 * math.pi * math.floor(states[:, -1].mean() / (2.0 * math.pi))
+    if signature.symmetric:
+        states[:, : 2 * n] *= ((-1.0) ** starts)[:, None]
+    return states, flights
 
 
 def _no_circle(kind: InvariantSet) -> str:

@@ -11,6 +11,8 @@ Method      Tangent vectors are carried by A(phi) = DF(u(phi)) from phi to phi +
             The line field of a single exponent, modulo those before it, is followed once round the
             circle: it closes with its sign, and then the multiplier exp(chi) has the sign of R_ii,
             or it is a Moebius band and the multiplier has none.                                 (4)
+            Of directions that are known to be forgotten within an iterate, no frames are carried: rounding would be
+            all that is left of them.
             The covector l with l(phi + rho) A(phi) = l(phi) vanishes on all directions that are
             invariant apart from the tangent; the angle between both is
                 sin(alpha) = |l . u'| / (|l| |u'|).                                              (5)
@@ -39,7 +41,9 @@ PAIR_DECOMPOSITIONS = 32  # so many tell a pair of exponents
 CONVERGED_CHANGE = 1e-10  # an exponent that changes by less over a window has converged
 STEPS_OF_DIRECTION = 256
 PAIR_DISTANCE = 1e-9  # the exponents of a pair whose frames turn evenly differ by less
-LEAST_EXPONENT = -700.0  # a plastic impact has this one, whose logarithm is infinite
+LEAST_EXPONENT = (
+    -700.0
+)  # what is forgotten, by a plastic impact, has this one: its logarithm is infinite
 FRAME_SEED = 0  # the first frames are random with this seed
 TURNING_OSCILLATION = 1e-7  # exponents of a pair whose frames turn oscillate by more
 
@@ -72,15 +76,16 @@ class NormalStability:
 
 
 def normal_stability(
-    points: Floats, by_point: Floats, rotation: float, noise: float = 0.0
+    points: Floats, by_point: Floats, rotation: float, noise: float = 0.0, zeros: int = 0
 ) -> NormalStability:
     """Normal exponents (2) and bundles of a circle; points (N, d), derivatives (N, d, d).
 
-    ``noise`` is the relative error of the derivatives between the nodes.
+    ``noise`` is the relative error of the derivatives between the nodes; so many multipliers are known to be zero.
     """
     cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
     tolerance = max(CONVERGED_CHANGE, noise)
-    frames, record = cocycle.frames(), np.empty((0, points.shape[1] - 1))
+    carried = points.shape[1] - 1 - zeros
+    frames, record = cocycle.frames(carried), np.empty((0, carried))
     found = None
     while found is None:
         for _ in range(WINDOW_DECOMPOSITIONS):
@@ -94,7 +99,10 @@ def normal_stability(
         for i, pair in enumerate(paired)
     ]
     order = np.argsort(-exponents, kind="stable")
-    return NormalStability(exponents[order], tuple(kinds[i] for i in order))
+    return NormalStability(
+        np.append(exponents[order], [LEAST_EXPONENT] * zeros),
+        (*(kinds[i] for i in order), *[Bundle.POSITIVE] * zeros),
+    )
 
 
 class NormalDirection(NamedTuple):
@@ -119,7 +127,7 @@ class NormalDirection(NamedTuple):
 def leading_direction(points: Floats, by_point: Floats, rotation: float) -> NormalDirection:
     """Direction of the largest normal exponent at the nodes, from frames carried until steady."""
     cocycle = _Cocycle(derivative(points), coefficients(by_point), rotation)
-    frames = cocycle.frames()
+    frames = cocycle.frames(1)
     for _ in range(STEPS_OF_DIRECTION // STRIDE_ITERATES):
         frames = cocycle.carried(frames, STRIDE_ITERATES)
     found = cocycle.direction(frames, cocycle.carried(frames), 0)
@@ -130,8 +138,8 @@ def leading_direction(points: Floats, by_point: Floats, rotation: float) -> Norm
 class _Frames(NamedTuple):
     """Frames (1) at the nodes phi_j + n rho after n steps, and R_ii since the last ones."""
 
-    vectors: Floats  # (N, d, d)
-    growth: Floats  # (N, d - 1)
+    vectors: Floats  # (N, d, 1 + k)
+    growth: Floats  # (N, k)
     steps: int
 
     def rates(self) -> Floats:
@@ -149,10 +157,10 @@ class _Cocycle:
     series: Complexes  # (K + 1, d, d)
     rotation: float
 
-    def frames(self) -> _Frames:
-        """Frames to begin with; almost all do."""
+    def frames(self, count: int) -> _Frames:
+        """Frames of so many normal directions to begin with; almost all do."""
         d = self.slope.shape[1]
-        columns = np.random.default_rng(FRAME_SEED).standard_normal((d, d - 1))
+        columns = np.random.default_rng(FRAME_SEED).standard_normal((d, d - 1))[:, :count]
         return self._framed(np.tile(columns, (len(self.slope), 1, 1)), 0)
 
     def carried(self, frames: _Frames, steps: int = 1) -> _Frames:
