@@ -188,3 +188,20 @@ def test_what_is_no_symmetry_of_the_sequence_is_refused() -> None:
         vi.find_orbit(
             around(2.0), vi.find_orbit(around(2.0), vi.State((2.0,), (0.5,))), symmetric=other
         )
+
+
+def test_a_half_orbit_at_stops_that_move_has_the_multipliers_of_their_own_coordinates() -> None:
+    """Half of the cycles later the stop moves the other way, and so does the section."""
+    machine = vi.ImpactDamper(
+        mass_ratio=0.04, omega_n=0.6, zeta=0.025, restitution=0.7, half_clearance=9.8, omega=0.995
+    )
+    damper, guess = machine.mechanism, vi.symmetric_orbits(machine)[0]
+    stop, line, added = damper.rigid_stops[0], damper.forces[0], 0.04 * damper.omega**2
+    moving = damper.replace(elements=(replace(stop, motion=vi.Harmonic(0.995, (0.04,), (0.1,))),))
+    force = vi.Harmonic(0.995, (line.sine[0], 0.04 * added), (line.cosine[0], 0.1 * added))
+    found = [vi.find_orbit(m, guess) for m in (moving, damper.replace(forces=(force,)))]
+    assert all(orbit.symmetric for orbit in found)
+    one, other = (np.sort_complex(orbit.half_multipliers) for orbit in found)
+    np.testing.assert_allclose(one, other, rtol=1e-9)
+    by_map = np.sort_complex(np.linalg.eigvals(vi.half_map(found[0]).jacobian()))
+    np.testing.assert_allclose(one, by_map, rtol=1e-9)

@@ -112,8 +112,11 @@ class PencilOf:
         """Pencil of an orbit, from the system compiled at its parameter and its solved segments."""
         problem, count = self.problem, len(self._guards)
         q, states, time = problem.size, problem.kept, 2 * compiled.degrees + 1
-        slopes = compiled.slopes(problem.signature.first, parts.before[-1])[states]
-        # of the phase only whole turns are left out
+        section = parts.before[
+            -1
+        ].copy()  # of its guard's slopes only the phase matters, here that of the start
+        section[-1] -= problem.turn[-1] if problem.mechanism.forces else 0.0
+        slopes = compiled.slopes(problem.signature.first, section)[states]
         basis, kept = section_basis(slopes, problem.left_out(compiled))
         chosen = [k for k, i in enumerate(kept) if i not in problem.pivots]
         if problem.held.entries:
