@@ -189,3 +189,38 @@ def test_an_interrupted_curve_keeps_its_part() -> None:
     )
     assert len(found) > 20
     assert "INTERRUPTED" in {end.reason.name for end in found.ends}
+
+
+def test_a_curve_of_orbits_that_rest_all_the_time_is_that_of_the_machine_without_what_rests() -> (
+    None
+):
+    """A third mass rests on a stop; its spring to the first mass is then one to the ground."""
+    m, k = replace(DAMPER, omega=1.02).mechanism, 0.002
+    one = m.stiffness[0][0]
+    held = vi.Mechanism(
+        mass=np.diag([m.mass[0][0], m.mass[1][1], 0.05]),
+        damping=np.diag([m.damping[0][0], 0.0, 0.01]),
+        stiffness=[[one + k, 0.0, -k], [0.0, 0.0, 0.0], [-k, 0.0, k + 0.01]],
+        constant_force=(0.0, 0.0, -0.2),
+        forces=(vi.Harmonic(m.omega, (*m.forces[0].sine, 0.0), (*m.forces[0].cosine, 0.0)),),
+        elements=(
+            replace(m.rigid_stops[0], row=(-1.0, 1.0, 0.0)),
+            vi.RigidStop((0.0, 0.0, 1.0), lower=0.0, restitution=0.3),
+        ),
+    )
+    plane = ("omega", "elements[0].upper")
+    orbit = vi.find_orbit(held, vi.State((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
+    point = vi.continue_orbit(orbit, "omega", (1.0, 1.025))["NS1"]
+    curve = vi.continue_bifurcation(
+        point, plane, ((1.0, 1.02), (4.95, 5.05)), steps=vi.Steps(first=1.0, largest=1.0, points=3)
+    )
+    assert len(curve) > 2
+    for k_th in (0, -1):
+        values = dict(zip(plane, curve.values[k_th].tolist(), strict=True))
+        rest = m.replace(stiffness=[[one + k, 0.0], [0.0, 0.0]]).replace(values)
+        known = curve.orbit(k_th)
+        guess = vi.Guess(known.states[:, [0, 1, 3, 4, 6]], known.durations)
+        alone = vi.find_orbit(rest, guess, stops=known.signature.impacts, cycles=1)
+        # Points of a curve are solved to 1e-9 of the unknowns.
+        assert np.abs(np.abs(alone.multipliers[:2]) - 1.0).max() < 1e-7
+        np.testing.assert_allclose(alone.multipliers, known.multipliers[:4], atol=1e-9)

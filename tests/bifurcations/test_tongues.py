@@ -130,6 +130,34 @@ def _sorted(side: vi.BifurcationCurve) -> tuple[np.ndarray, np.ndarray]:
     return down[:, 1], down[:, 0]
 
 
+@pytest.mark.slow
+def test_the_tongue_of_a_stop_that_moves_is_that_of_its_own_coordinates() -> None:
+    """Seen from the stop, the second mass is driven by its mass times the acceleration of the stop."""
+    damper, bounds, label, _ = SETS["B"]
+    sine, cosine = 4e-4, 1e-3
+
+    def moving(omega: float = 1.0, half_clearance: float = 9.8) -> vi.Mechanism:
+        m = replace(damper, omega=omega, half_clearance=half_clearance).mechanism
+        line = vi.Harmonic(omega, (sine,), (cosine,))
+        return m.replace(elements=(replace(m.elements[0], motion=line),))
+
+    def still(omega: float = 1.0, half_clearance: float = 9.8) -> vi.Mechanism:
+        m = replace(damper, omega=omega, half_clearance=half_clearance).mechanism
+        force, a = m.forces[0], m.mass[1][1] * omega * omega
+        line = vi.Harmonic(omega, (force.sine[0], a * sine), (force.cosine[0], a * cosine))
+        return m.replace(forces=(line,))
+
+    widths = []
+    for make in (moving, still):
+        orbit = vi.find_orbit(vi.Family(make), vi.symmetric_orbits(damper)[0])
+        start = vi.continue_orbit(orbit, "omega", bounds[0])["NS1"]
+        found = vi.tongue(vi.continue_bifurcation(start, PLANE, bounds)[label])
+        assert isinstance(found, vi.Tongue), found
+        widths.append([found.width(clearance) for clearance in (8.8, 9.2, 9.6)])
+    # Sides are interpolated between points that are 0.01 to 0.1 apart: their third differences.
+    np.testing.assert_allclose(*widths, rtol=1e-6)
+
+
 def test_only_weak_resonances_have_tongues() -> None:
     model = vi.ExplicitMap(planted, dimension=2, parameters=("a", "b"))
     start = vi.map_bifurcation("NS", model, (0.0, 0.0), (-0.02, 0.2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -238,3 +239,24 @@ def test_motions_without_one_map_have_no_circle_and_say_why() -> None:
     held = vi.find_circle(with_rider(vi.Friction(ROW, 2.0 * RIDER)), FREE, **SHORT)
     assert "friction sticks, all the time" in held.status
     assert held.to_dataset().attrs["status"] == held.status
+
+
+def test_a_circle_with_elements_and_its_family_come_back_from_files(tmp_path: Path) -> None:
+    circle = circle_with("friction that sticks")
+    family = vi.continue_circle(
+        circle, "elements[1].kinetic", (0.59 * RIDER, 0.61 * RIDER), both=False,
+        steps=replace(STEPS, points=2),
+    )  # fmt: skip
+    vi.save(circle, tmp_path / "circle.nc")
+    vi.save(family, tmp_path / "family.nc")
+    again = vi.load(tmp_path / "circle.nc")
+    assert again.signature == circle.signature
+    np.testing.assert_array_equal(again.points, circle.points)
+    assert again.clearance_to_grazing == circle.clearance_to_grazing
+    assert vi.find_circle(again.system, again).rotation_number == pytest.approx(
+        circle.rotation_number, abs=1e-11
+    )
+    last = vi.load(tmp_path / "family.nc").circles[-1]
+    assert last.admissible
+    assert last.rotation_number == family.rotation_numbers[-1]
+    circle.plot()

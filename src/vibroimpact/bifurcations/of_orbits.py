@@ -46,11 +46,6 @@ class OrbitPlane(OrbitFamily):
     ) -> None:
         super().__init__(system, signature, names[0], np.append(sizes, 1.0), events)
         self.names = names
-        if self.held.entries:
-            raise InvalidParameterError(
-                "point: in its orbit a stop is rested on, or friction sticks, all the time, of which curves in two "
-                "parameters are not followed. Follow branches at several values of the other parameter."
-            )
         self.along = Along(system, names, self.codes)
         self.sizes = sizes
         self.closing = self._closing()
@@ -68,6 +63,7 @@ class OrbitPlane(OrbitFamily):
         m, q = len(self.impacts), self.size
         marks = np.zeros((m, q + 1, m, q + 1))
         marks[-1, :q, 0, :q] = self.relative @ self.reflected(np.eye(q))
+        marks[-1, self.held.entries] = 0.0
         return marks.reshape(m * (q + 1), m * (q + 1))
 
     def forget(self) -> None:
@@ -94,6 +90,8 @@ class OrbitPlane(OrbitFamily):
         moved = parts.after_by[:, self.kept, -1]
         if self.pivots:
             moved[-1] = self.relative @ moved[-1]
+        if self.held.entries:
+            moved[-1, self.held.entries] = self.keeping(z, self.by_second(a)).rows[:, -1]
         second = np.column_stack([moved, parts.gap_by[:, -1]])
         return by_z, np.column_stack([first, second.ravel()])
 
@@ -123,7 +121,22 @@ class OrbitPlane(OrbitFamily):
         whole[:, :q, -1], whole[:, q, -1] = other[:, :, -1], other_gap[:, -1]
         if self.pivots:
             whole[-1, :q] = self.relative @ whole[-1, :q]
+        if self.held.entries:
+            whole[-1, self.held.entries] = 0.0
+            self._bend(whole[-1], states[:1], moved[:1], a)
         return whole.reshape(m * (q + 1), -1)
+
+    def _bend(self, last: Floats, state: Floats, moved: Floats, a: Pair) -> None:
+        """Add the second derivatives of what is held to those of the last equations, shape (q + 1, d + 2)."""
+        ends, _, entries = self.held
+        count, q = len(ends), self.size
+        here, times = np.repeat(state, count, axis=0), np.zeros(count)
+        along = np.repeat(np.append(moved[0], 0.0)[None], count, axis=0)
+        by_each = self.compiled(a).second(here, times, ends, along)[1]
+        by_other = self.by_second(a).second(here, times, ends, along, by_parameter=True)[1]
+        rows = entries[:count]
+        last[rows, :q] = by_each[:, self.kept]
+        last[rows, -2], last[rows, -1] = by_each[:, -1], by_other[:, -1]
 
     def followed(self, p: Value) -> dict[str, Any]:
         """Values of both parameters, by name."""
@@ -131,8 +144,9 @@ class OrbitPlane(OrbitFamily):
         return dict(zip(self.names, p, strict=True))
 
     def on_section(self, v: Complexes) -> Complexes:
-        """Change of the first state, without what the section and a drift leave out."""
-        left_out = [j for j in (self.left_out(self.own), *self.pivots) if j != NONE_LEFT_OUT]
+        """Change of the first state, without what the section, a drift and what is held leave out."""
+        without = (self.left_out(self.own), *self.pivots, *self.held.entries)
+        left_out = [j for j in without if j != NONE_LEFT_OUT]
         return np.delete(v[: self.size], left_out)
 
     def repeated(self, times: int) -> OrbitPlane:

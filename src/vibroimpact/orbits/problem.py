@@ -514,11 +514,13 @@ class OrbitProblem:
 
     def _keeping(self, z: Floats, p: Value) -> Keeping | None:
         """Left sides of (5) and their derivatives; None where nothing is held in all modes."""
-        ends, places, entries = self.held
-        if not entries:
-            return None
+        return self.keeping(z, self.compiled(p)) if self.held.entries else None
+
+    def keeping(self, z: Floats, compiled: Prescribed) -> Keeping:
+        """Left sides of (5), with derivatives by the parameter for which the system is compiled."""
+        ends, places, _ = self.held
         state = np.repeat(self.unpacked(z)[0][:1], len(ends), axis=0)
-        parts = self.compiled(p).linearise(state, np.zeros(len(ends)), ends)
+        parts = compiled.linearise(state, np.zeros(len(ends)), ends)
         rows = np.vstack([parts.gap_by[:, [*self.kept, -1]], np.pad(places, ((0, 0), (0, 1)))])
         return Keeping(np.append(parts.gap, np.zeros(len(places))), rows)
 
