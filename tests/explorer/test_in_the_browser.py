@@ -184,6 +184,30 @@ def test_pictures_and_tables_are_saved(tab: Any, folder: str) -> None:
     assert saved(tab, "section-csv").decode().startswith("phase,impact_speed,x1,x2,v1,v2\n")
 
 
+def test_what_is_copied_as_python_and_as_toml_gives_the_impacts_of_the_page(
+    tab: Any, folder: str, tmp_path: Path
+) -> None:
+    tab.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    opened(tab, f"{folder}#{CHAOTIC}&x=0.5,0.25&v=0.1,1e-7&phase=0.3")
+    tab.locator("#speed").fill("2")
+    tab.wait_for_function(
+        "parseFloat(document.getElementById('d-history').textContent.slice(4)) > 60", timeout=120000
+    )
+    tab.click("#run")
+    page_has = [line.split(",") for line in saved(tab, "motion-csv").decode().splitlines()[1:]]
+    tab.click("#python")
+    program = dict[str, Any]()
+    exec(tab.evaluate("navigator.clipboard.readText()"), program)  # noqa: S102
+    tab.click("#toml")
+    path = tmp_path / "machine.toml"
+    path.write_text(tab.evaluate("navigator.clipboard.readText()"))
+    of_file = vi.simulate(vi.load_machine(path), vi.load_start(path), impacts=len(page_has))
+    assert len(page_has) > 5
+    for run in (program["run"], of_file):
+        assert [float(row[0]) for row in page_has] == list(run.time[: len(page_has)])
+        assert [float(row[3]) for row in page_has] == list(-run.rate_before[: len(page_has)])
+
+
 def test_a_link_brings_machine_parameters_and_start_back(tab: Any, folder: str) -> None:
     opened(tab, folder)
     tab.locator("#f-omega").fill("0.9")
@@ -210,6 +234,7 @@ def test_what_a_link_says_wrongly_is_named_and_left_out(tab: Any, folder: str) -
 def test_a_machine_that_chatters_goes_on(tab: Any, folder: str) -> None:
     opened(tab, f"{folder}#machine=bouncing-ball&restitution=0.3")
     tab.wait_for_function(MOVES)
+    tab.locator("#speed").fill("2")
     tab.wait_for_function(
         "parseFloat(document.getElementById('d-history').textContent.slice(4)) > 20"
     )

@@ -94,9 +94,8 @@ export function empty(c: Pen, w: number, h: number, text: string): void {
   c.fillText(text, w / 2, h / 2);
 }
 
+/** Lines through a point, with edges of the panel's colour: they are seen on every colour. */
 export function cross(c: Pen, x: number, y: number | null, w: number, h: number, colour: string): void {
-  c.strokeStyle = colour;
-  c.lineWidth = 1.2;
   c.beginPath();
   if (x >= LEFT && x <= w - RIGHT) {
     c.moveTo(x, TOP);
@@ -106,5 +105,9 @@ export function cross(c: Pen, x: number, y: number | null, w: number, h: number,
     c.moveTo(LEFT, y);
     c.lineTo(w - RIGHT, y);
   }
-  c.stroke();
+  for (const [style, width] of [[ink.panel, 3.2], [colour, 1.2]] as const) {
+    c.strokeStyle = style;
+    c.lineWidth = width;
+    c.stroke();
+  }
 }

@@ -21,7 +21,7 @@ interface Exports {
 }
 
 // Ends of runs: RunEnd of simulation/simulate.py.
-export const END_IMPACTS = 0, END_HORIZON = 1, END_MISSING = 5, END_EVENTS = 6, END_OBSERVER = 7;
+export const END_IMPACTS = 0, END_FREE = 2, END_MISSING = 5, END_EVENTS = 6, END_OBSERVER = 7, END_LONG = 12;
 export const END_WORDS: Record<number, string> = {
   2: "no contact will come any more: this is proved",
   3: "the next event could not be decided at double precision",

@@ -238,7 +238,8 @@ function frame(now: number): void {
       const recent = moving.hits.filter((hit) => hit.time <= time && hit.time > time - moving.period).length;
       if (now - noted > 500) {
         noted = now;
-        $("d-history").textContent = `t = ${time.toPrecision(5)}; ${recent} impacts in the last ${kernel.omega ? "forcing period" : `${UNFORCED} units of time`}`;
+        const silent = moving.silent(time);
+        $("d-history").textContent = `t = ${time.toPrecision(5)}; ${recent} impacts in the last ${kernel.omega ? "forcing period" : `${UNFORCED} units of time`}${silent && `; ${silent}`}`;
       }
     } catch (error) {
       refused(error);

@@ -3,7 +3,7 @@
 import type { Ink } from "./canvas";
 import type { ElementData, MachineData, Start } from "./data";
 import type { Pen } from "./svg";
-import { END_EVENTS, END_HORIZON, END_IMPACTS, END_MISSING, END_WORDS, HEAD, isImpact, type Kernel, Refused } from "./kernel";
+import { END_EVENTS, END_FREE, END_IMPACTS, END_LONG, END_MISSING, END_WORDS, HEAD, isImpact, type Kernel, Refused } from "./kernel";
 
 export interface Hit {
   time: number;
@@ -12,10 +12,14 @@ export interface Hit {
   speed: number;
 }
 
-/** A run that is computed as far as it is looked at. */
+const AHEAD = 64; // events of a piece
+
+/** A run that is computed as far as it is looked at, and some events further: a horizon would cut a flight, and with it
+ * the last bits of what follows. */
 export class Motion {
   readonly period: number;
   ended = "";
+  private without = ""; // why no contact comes after the last event
   hits: Hit[] = [];
   private times: number[] = [0];
   private modes: number[] = [];
@@ -34,7 +38,7 @@ export class Motion {
   until(t: number): void {
     const n = this.kernel.degrees;
     while (this.reached < t && !this.ended) {
-      const e = this.kernel.record(t, 1 << 20, 4000);
+      const e = this.kernel.record(Infinity, 1 << 20, AHEAD);
       for (let i = 0; i < e.count; ++i) {
         const row = e.rows.subarray(i * e.width, (i + 1) * e.width);
         const time = row[4] + row[5];
@@ -44,7 +48,7 @@ export class Motion {
         this.states.push(row.slice(HEAD + 3 * n));
         this.reached = time;
       }
-      if (e.end === END_HORIZON) this.reached = t;
+      if (e.end === END_FREE || e.end === END_LONG) [this.without, this.reached] = [END_WORDS[e.end], Infinity];
       else if (e.end === END_MISSING) throw new Missing(this.kernel.missing);
       else if (e.end !== END_EVENTS && e.end !== END_IMPACTS) this.ended = END_WORDS[e.end] ?? "the run ended";
     }
@@ -53,6 +57,10 @@ export class Motion {
 
   get end(): number {
     return this.reached;
+  }
+  /** Why no contact comes after a time; nothing where one does. */
+  silent(t: number): string {
+    return t >= this.times.at(-1)! ? this.without : "";
   }
 
   /** Mode and state, positions then velocities, at a time that is computed. */
