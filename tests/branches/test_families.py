@@ -230,11 +230,13 @@ def test_a_run_that_ends_in_tiny_hops_gives_no_tiny_orbit() -> None:
         assert "every impact loses energy" in orbit.status
 
 
-def test_a_loop_with_two_impacts_at_once_is_named() -> None:
-    """Both coordinates reach their walls together."""
+def test_a_ball_that_reaches_two_walls_at_once_is_in_a_family_of_speeds_and_delays() -> None:
+    """Both coordinates may have another speed, and one may be behind the other."""
     orbit = vi.find_orbit(box(2), vi.State((0.1, 0.1), (1.0, 1.0)))
-    assert not orbit.converged
-    assert "impact at once" in orbit.status
+    assert orbit.admissible
+    assert orbit.period == pytest.approx(4.0, rel=1e-14)
+    np.testing.assert_allclose(np.sort(orbit.durations), [0.0, 0.0, 2.0, 2.0], rtol=0.0, atol=1e-13)
+    assert orbit.family_dimension == 2
 
 
 def test_two_elastic_impacts_at_once_are_no_motion() -> None:

@@ -32,9 +32,10 @@ SAME = 1e-4  # of the size: motions that are nearer are the same; some are not q
 STARTS = 4  # of each machine
 LEAST_SIZE = 1e-3  # of motions: lengths of the machines are of order one
 STEP = 1e-6  # of differences, extrapolated from it and half of it: what is left is rounding over it
+BENT = 1e-2  # differences by STEP and half of it that are farther apart, relative to the largest, are none
 AGREED = 1e-5  # of the coefficients of the characteristic polynomial, relative to the largest entry of the Jacobian
 UNDECIDED = "not admissible: friction would stick where it reverses, between impacts that chatter"
-REFUSED = "several contacts impact at once in every period: such orbits have no signature"
+REFUSED = "several events are at one instant in every period: such orbits have no signature"
 
 
 class Attractor(NamedTuple):
@@ -127,14 +128,12 @@ def free_directions(m: vi.Mechanism, code: int) -> Array:
     return across[int((sizes > 1e-9).sum()) :].T
 
 
-def differences(orbit: vi.Orbit) -> tuple[Array, float]:
-    """Jacobian of the simulated map of a period, by differences from within its freest longest flight, and its error.
+def differences(orbit: vi.Orbit, k: int) -> tuple[Array, float, bool]:
+    """Jacobian of the simulated map of a period by differences from within a flight, and the error in closing.
 
-    The error is that with which the orbit closes.
+    Besides, whether the differences resolve it: neither rounding, nor bends of the map, grow too much on the way.
     """
-    m, modes = orbit.mechanism, orbit.problem.modes
-    every = [free_directions(m, code) for code in modes]
-    k = max(range(len(modes)), key=lambda k: (every[k].shape[1], orbit.durations[k]))
+    m, mode = orbit.mechanism, orbit.problem.modes[k]
     since = float(orbit.durations[:k].sum() + 0.5 * orbit.durations[k])
     start = np.concatenate(vi.simulate(m, orbit.state, impacts=10**6, t_max=since).at(since))
     phase = orbit.state.phase + m.omega * since
@@ -147,15 +146,22 @@ def differences(orbit: vi.Orbit) -> tuple[Array, float]:
     closed = after(start) - start
     closed[: m.degrees] -= orbit.progress
     closed[[m.degrees + i for i in m.massless]] = 0.0
-    along = every[k]
-    jacobian = np.zeros((along.shape[1],) * 2)
+    error, along = float(np.abs(closed).max()), free_directions(m, mode)
 
-    def slope(e: Array) -> Array:
-        return along.T @ (after(start + e) - after(start - e)) / (2.0 * np.linalg.norm(e))
+    def slopes(step: float) -> Array:
+        found = [after(start + step * e) - after(start - step * e) for e in along.T]
+        return along.T @ np.reshape(found, along.T.shape).T / (2.0 * step)
 
-    for j, e in enumerate(STEP * along.T):
-        jacobian[:, j] = (4.0 * slope(e / 2.0) - slope(e)) / 3.0
-    return jacobian, float(np.abs(closed).max())
+    coarse, fine = slopes(STEP), slopes(STEP / 2.0)
+    size = max(1.0, np.abs(fine).max(initial=0.0))
+    bent = np.abs(fine - coarse).max(initial=0.0) > BENT * size
+    return (4.0 * fine - coarse) / 3.0, error, error <= AGREED * STEP * size and not bent
+
+
+def longest_of(orbit: vi.Orbit, sense: int) -> int:
+    """The longest of the flights whose modes leave most directions free, by 1, or least, by -1."""
+    free = [free_directions(orbit.mechanism, code).shape[1] for code in orbit.problem.modes]
+    return max(range(len(free)), key=lambda k: (sense * free[k], orbit.durations[k]))
 
 
 def judged(found: Attractor) -> str:
@@ -176,7 +182,9 @@ def judged(found: Attractor) -> str:
         vi.simulate(m, orbit.state, impacts=10**6, t_max=orbit.period), np.array([since])
     )
     assert np.abs(found.states - passed).max(axis=1).min() < SAME * found.size, orbit
-    jacobian, error = differences(orbit)
+    jacobian, error, resolved = differences(orbit, longest_of(orbit, 1))
+    if not resolved:  # from where less is free there are fewer zeros, and less to grow
+        jacobian, error, _ = differences(orbit, longest_of(orbit, -1))
     assert error < 1e-8, orbit
     ours = np.append(orbit.multipliers, np.ones(len(orbit.problem.pivots)))
     theirs = np.linalg.eigvals(jacobian)
@@ -226,16 +234,17 @@ def experiment(kind: str, count: int, starts: int, first: int = 0) -> Counter[st
 
 
 def test_attractors_of_some_random_machines_are_found() -> None:
-    for kind in ("plastic", "static friction", "floor and belt", "slider"):
+    for kind in ("plastic", "heavy on stops", "static friction", "floor and belt", "slider"):
         said = experiment(kind, 1, 2)
         assert {*said} <= {"found", "a family", "machines"}, (kind, said)
 
 
 @pytest.mark.slow
 def test_attractors_of_random_machines_of_every_element_are_found() -> None:
-    """Three machines of each kind; of the hundred attractors few are refused, for two reasons.
+    """Three machines of each kind; of the hundred attractors at most 2 in 100 are refused, for two reasons.
 
-    Of ten of each, 310, as recorded: 328 attractors are found, 15 of them in families, and 9 are refused.
+    Of ten of each, 310, from 20 starts each, as recorded: 348 attractors are found, 15 of them in families, and 3 are
+    refused, 0.9 in 100. That takes 150 s.
     """
     said: Counter[str] = Counter()
     for kind in KINDS:
@@ -243,4 +252,4 @@ def test_attractors_of_random_machines_of_every_element_are_found() -> None:
     assert said["machines"] == 3 * len(KINDS)
     assert {*said} <= {"found", "a family", REFUSED, UNDECIDED, "machines"}, said
     refused = said[REFUSED] + said[UNDECIDED]
-    assert refused <= 0.04 * (said["found"] + said["a family"] + refused), said  # one more than are
+    assert refused <= 0.02 * (said["found"] + said["a family"] + refused), said

@@ -62,6 +62,7 @@ from vibroimpact.orbits.problem import (
     least_cycles,
 )
 from vibroimpact.orbits.reversals import beyond_static, far_limit, one_level
+from vibroimpact.orbits.simultaneous import staying_at_once
 from vibroimpact.results.tree import Missing
 
 ROUNDING_OF_PAIRS = 1e-3  # (3) of a motion without loss is smaller: rounding, whose square root a double one moves by
@@ -121,6 +122,7 @@ class OrbitFamily(OrbitProblem):
         self._cycles = least_cycles(self.mechanism)
         self._rates = guard_sizes(self, sizes) / sizes[self.size]
         self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
+        self.at_once: frozenset[int] = frozenset()  # segments that take no time in all orbits
 
     @classmethod
     def around(
@@ -133,8 +135,13 @@ class OrbitFamily(OrbitProblem):
         events: PointKinds,
     ) -> OrbitFamily:
         """Family through an orbit z, which gives the sizes, over a range of length ``span``."""
-        sizes = scale_of(OrbitProblem(system, signature, parameter), start)
-        return cls(system, signature, parameter, np.append(sizes, span), events)
+        problem = OrbitProblem(system, signature, parameter)
+        family = cls(
+            system, signature, parameter, np.append(scale_of(problem, start), span), events
+        )
+        value = parameter_value(system, parameter)
+        family.at_once = staying_at_once(problem, start, value, span)
+        return family
 
     def scale(self) -> Floats:
         """Size of each unknown and of the parameter."""
@@ -310,7 +317,11 @@ class OrbitFamily(OrbitProblem):
         rates, durations = self.linearised(z, p).rate, self.unpacked(z)[1]
         watched = {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
         rests = rests_of(self.mechanism, self.signature)
-        watched |= {f"{rests.get(k, FLIGHT)} {k}": float(t) for k, t in enumerate(durations)}
+        watched |= {
+            f"{rests.get(k, FLIGHT)} {k}": float(t)
+            for k, t in enumerate(durations)
+            if k not in self.at_once
+        }
         watched |= self._sticking(z, p) | self._reversing(z, p) | self._events(z, p)
         return watched | self._advancing(z, p) if self.pivots else watched
 

@@ -9,6 +9,7 @@ smooth in every parameter, serve for all systems.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from vibroimpact import _kernel
+from vibroimpact._core import linear
 from vibroimpact._core.chebyshev import nodes
 from vibroimpact._core.checks import shown
 from vibroimpact._core.errors import InvalidParameterError
@@ -54,6 +56,8 @@ NONE_LEFT_OUT = -1  # in place of a coordinate
 # Limits of what is held in every mode, at which it is all the time: the place, and the speed.
 PLACE_WATCH, SPEED_WATCH = -5, -6
 PHASE = -1  # in place of a contact or element, where a flight ends at a phase
+# A contact that its impulse moves less, relative to its mobility alone, is held by those that are closed.
+HELD_OF_MOBILITY = 2.0**-40
 
 
 class End(NamedTuple):
@@ -438,6 +442,12 @@ class Prescribed:
         k = self.mode_number(code)
         return self._guard(k, self.layout.guards[k].index((contact, watch)))
 
+    def impulse(self, end: tuple[int, ...]) -> Floats:
+        """Change of y by the impact at the end of a flight that changes the rate of its gap by one; zero for others."""
+        modes, d = len(self.layout.codes), self.layout.width
+        first = 1 + modes * d * (d + 1) + self.ends[End(*end)] * (3 * d + 2) + d + 1
+        return self.values[0, first : first + d]
+
     def slopes(self, end: tuple[int, ...], state: Floats) -> Floats:
         """Derivatives of a guard by zeta at a state, shape (2n + 1,)."""
         row, n = self.guard(end).row, self.degrees
@@ -585,9 +595,9 @@ def _contiguous(a: ArrayLike) -> Floats:
 
 
 class Push(NamedTuple):
-    """Impulse, restitutions at both limits, and by which y jumps besides: the number of a map, and a kick."""
+    """Impulses and restitutions at both limits, and by which y jumps besides: the number of a map, and a kick."""
 
-    impulse: Vector
+    impulses: Sequence[Vector]  # they change the rate of the guard by one
     restitutions: Sequence[float]
     kick: Vector
     map: int = -1
@@ -604,15 +614,8 @@ class Compilation:
         self.maps: list[Vector] = []  # rows of their matrices
         self.rows: list[Vector] = []  # of guards with gain and limits, and of speeds
         self.still: Vector = [0.0] * pieces.size
-        self.no_push = Push(self.still, (0.0, 0.0), self.still)
-        self.pushes = [
-            Push(
-                [x / law.mobilities[i] for x in law.impulse],
-                (law.restitution_lower, law.restitution_upper),
-                self.still,
-            )
-            for i, law in enumerate(pieces.laws())
-        ]
+        self.no_push = Push((self.still, self.still), (0.0, 0.0), self.still)
+        self.contacts = pieces.laws()
         contacts = len(m.rigid_stops)
         resting = {stop for code in codes for stop in closed_from_code(code, contacts)}
         held = held_in(m, codes)
@@ -639,7 +642,8 @@ class Compilation:
     def _guards(self, mode: Mode, number: int) -> Iterator[tuple[int, int]]:
         """Contact and watch of each guard of a mode with this number in the kernel; their limits are kept."""
         for i, guard in enumerate(mode.guards):
-            kind, push = (FORCE_WATCH, self.no_push) if guard.side else (GAP_WATCH, self.pushes[i])
+            push = self.no_push if guard.side else self._push(i, mode.code)
+            kind = FORCE_WATCH if guard.side else GAP_WATCH
             yield self._keep(End(i, 0, mode.code, kind), guard, push, number)
         contacts = len(mode.guards)
         for j, watch in enumerate(mode.watches):
@@ -647,6 +651,47 @@ class Compilation:
                 name = End(contacts + watch.element, 0, mode.code, j)
                 push = self._jump(watch.reset) if watch.reset >= 0 else self.no_push
                 yield self._keep(name, watch, push, number)
+
+    def _push(self, i: int, code: int) -> Push:
+        """The impact of a contact in a mode: closed contacts that it presses on their stops stay, others open."""
+        law, closed = self.contacts[i], closed_from_code(code, len(self.contacts))
+        impulses = [self._impulse(i, self._pressed(Stop(i, side), closed)) for side in (-1, 1)]
+        return Push(impulses, (law.restitution_lower, law.restitution_upper), self.still)
+
+    def _impulse(self, i: int, pressed: Sequence[int]) -> Vector:
+        """Impulse of a contact, and of closed ones that stay, which changes the rate of its gap by one."""
+        laws = self.contacts
+        impulse, mobility = [*laws[i].impulse], laws[i].mobilities[i]
+        if pressed:
+            across = [[laws[k].mobilities[j] for k in pressed] for j in pressed]
+            moved = [[laws[i].mobilities[j]] for j in pressed]
+            for j, (share,) in zip(pressed, linear.solve_definite(across, moved), strict=True):
+                impulse = [x - share * y for x, y in zip(impulse, laws[j].impulse, strict=True)]
+                mobility = mobility - share * laws[j].mobilities[i]
+        if _value(mobility) <= HELD_OF_MOBILITY * _value(laws[i].mobilities[i]):
+            return self.still
+        return [x / mobility for x in impulse]
+
+    def _pressed(self, struck: Stop, closed: Sequence[Stop]) -> list[int]:
+        """Closed contacts that an impact presses on their stops: (T19), whose solution grows with the speed."""
+        if not closed or self.pieces.mechanism.impact_law != "moreau":
+            return []
+        w = np.array([[_value(x) for x in law.mobilities] for law in self.contacts]).T
+        for count in range(len(closed) + 1):
+            for some in itertools.combinations(closed, count):
+                pressed = [stop.contact for stop in some]
+                impulse = np.eye(len(w))[struck.contact]
+                impulse[pressed] -= np.linalg.solve(
+                    w[np.ix_(pressed, pressed)], w[pressed] @ impulse
+                )
+                rates = w @ impulse
+                if all(
+                    stop.side * struck.side * (impulse if stop in some else rates)[stop.contact]
+                    >= 0.0
+                    for stop in closed
+                ):
+                    return pressed
+        return []
 
     def _jump(self, reset: int) -> Push:
         """The jump of y by a map of a watch; its matrix is kept but for impulses."""
@@ -680,9 +725,11 @@ class Compilation:
                 self.stops.append((number, False, -1))
 
     def _keep(self, name: End, of: Guard | Watch, push: Push, number: int) -> tuple[int, int]:
-        impulse, restitutions, kick, jump = push
+        impulses, restitutions, kick, jump = push
         limits = of.lower, of.upper
-        for side, limit, restitution in zip((-1, 1), limits, restitutions, strict=True):
+        for side, limit, restitution, impulse in zip(
+            (-1, 1), limits, restitutions, impulses, strict=True
+        ):
             if not is_infinite(limit):
                 self.known[name._replace(side=side)] = len(self.laws)
                 self.laws.append([*of.row, limit - of.gain, *impulse, restitution, *kick])

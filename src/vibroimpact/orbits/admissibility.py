@@ -23,7 +23,7 @@ Reference   theory.md, "Periodic orbits"; Boyd, Solving Transcendental Equations
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence, Set
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +38,7 @@ from vibroimpact.compile.prescribed import (
     PHASE,
     PHASE_WATCH,
     End,
+    Explicit,
     GuardAlong,
     Linearised,
     Passage,
@@ -102,7 +103,9 @@ class _Ends(NamedTuple):
     """What begins and ends a flight."""
 
     stops: tuple[tuple[int, int], tuple[int, int]]  # contact and side at the start and at the end
+    together: tuple[Set[int], Set[int]]  # contacts at the instant of the start, and of the end
     released: bool  # whether a contact that rested is released at the start
+    before: int  # code of the mode before
 
 
 def least_gaps(
@@ -111,22 +114,27 @@ def least_gaps(
     durations: Floats,
     ends: Sequence[tuple[int, ...]],
     begun: Sequence[Stop],
+    hidden: Container[Stop] = (),
 ) -> dict[Place, Nearest]:
     """Nearest approach to each limit of each guard in each flight.
 
     Considered are the extrema of the gaps within the flights, and the ends where another contact
     impacts. ``begun[k]`` begins flight k, ``ends[k]`` ends it. In chatter that of the stop that chatters is
-    left out.
+    left out, and everywhere those that are ``hidden``: at the place of another (model/stand_ins.py).
     """
     least: dict[Place, Nearest] = {}
     whole = [End(*end) for end in ends]
     parts = compiled.explicit(states, durations, whole)
     numbers, since = parts.segment.tolist(), parts.since.tolist()
+    before = []
+    for j, (k, end) in enumerate(zip(numbers, parts.ends, strict=True)):
+        before.append(tuple(begun[k]) if j == 0 or numbers[j - 1] != k else end[:2])
+    together = _together(before, parts)
     flights = []
     for j, (k, end) in enumerate(zip(numbers, parts.ends, strict=True)):
-        begins = j == 0 or numbers[j - 1] != k
-        before = tuple(begun[k]) if begins else end[:2]
-        flights.append(_Ends((before, end[:2]), begins and whole[k - 1].watch == FORCE_WATCH))
+        released = parts.since[j] == 0.0 and whole[k - 1].watch == FORCE_WATCH
+        stops, at = (before[j], end[:2]), (together[j], together[j + 1])
+        flights.append(_Ends(stops, at, released, parts.ends[j - 1].mode))
     modes = [end.mode for end in parts.ends]
     found = compiled.approach(parts.states, parts.durations, modes)
     for guard in found.guards:
@@ -137,9 +145,32 @@ def least_gaps(
             if chatters and (guard.contact, guard.watch) == (parts.ends[j].contact, GAP_WATCH):
                 continue
             for near in _gaps(guard, along, flights[j], float(parts.durations[j])):
+                if guard.watch == GAP_WATCH and Stop(near.contact, near.side) in hidden:
+                    continue
                 here = near._replace(segment=k, time=near.time + since[j])
                 least[here.place] = min(here, least.get(here.place, here))
     return least
+
+
+def _together(begun: Sequence[tuple[int, ...]], parts: Explicit) -> list[Set[int]]:
+    """Contacts at the instant at which each flight begins, and at which the last one ends.
+
+    They are several where flights between impacts, or between releases, take no time.
+    """
+    at: list[Set[int]] = [*({stop[0]} for stop in begun), {parts.ends[-1].contact}]
+    shortest = PLAY_OF_AMPLITUDE * float(np.abs(parts.durations).sum())
+    none = [
+        j
+        for j in np.flatnonzero(np.abs(parts.durations) <= shortest).tolist()
+        if parts.ends[j - 1].watch == parts.ends[j].watch in (GAP_WATCH, FORCE_WATCH)
+    ]
+    for j in none:
+        at[j + 1] = at[j] | at[j + 1]
+    for j in reversed(none):
+        at[j] = at[j + 1]
+    if begun[0][0] in at[-1]:
+        at[0] = at[-1] = at[0] | at[-1]
+    return at
 
 
 def amplitudes(
@@ -206,7 +237,7 @@ def _leaves(guard: GuardAlong, ends: _Ends, time: float, u: float, whole: float)
     near = [time < EDGE_OF_FLIGHT * whole, time > (1.0 - EDGE_OF_FLIGHT) * whole]
     if guard.watch == GAP_WATCH:
         near = [near[0] and ends.released, False]
-    own = any(near[edge] and ends.stops[edge][0] == guard.contact for edge in (0, 1))
+    own = any(near[edge] and guard.contact in ends.together[edge] for edge in (0, 1))
     beyond = min(abs(guard.lower - u), abs(u - guard.upper))
     return own and beyond <= LIMIT_OF_AMPLITUDE * guard.size
 
@@ -223,7 +254,9 @@ def _counts(guard: GuardAlong, along: Passage, ends: _Ends, edge: int) -> bool:
         beyond = max(guard.lower - along.values[edge], along.values[edge] - guard.upper)
         if beyond > LIMIT_OF_AMPLITUDE * guard.size:
             return True
-    return contact != guard.contact
+    elif edge == 0 and digit_in_code(ends.before, guard.contact):
+        return False  # an impact elsewhere opens what has rested
+    return guard.contact not in ends.together[edge]
 
 
 def why_inadmissible(

@@ -8,8 +8,9 @@ Method      Over the last impacts, the shortest part that ends where it began: w
             A part with rests on rigid stops begins after the release from one.
             A forced motion that has become silent, for a period and longer than between its events before,
             has the loop without events.
-Fails       a sentence: no such part; the motion drifts; in its last period several events coincide, or the
-            law leaves the state of an element open
+Fails       a sentence: no such part; the motion drifts; in its last period contacts that move each other are
+            struck at one instant (simultaneous.py), or other events coincide, or the law leaves the state of an
+            element open
 """
 
 from __future__ import annotations
@@ -27,9 +28,11 @@ from vibroimpact.compile.prescribed import (
     Prescribed,
     compile_prescribed,
 )
+from vibroimpact.model.stand_ins import stand_ins
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.model.translations import translations_of
+from vibroimpact.orbits.admissibility import PLAY_OF_AMPLITUDE
 from vibroimpact.orbits.problem import (
     Flight,
     Signature,
@@ -37,6 +40,13 @@ from vibroimpact.orbits.problem import (
     least_cycles,
     resisted_translations,
     without_events,
+)
+from vibroimpact.orbits.simultaneous import (
+    between,
+    named_code,
+    released_at_once,
+    struck_at_once,
+    together,
 )
 from vibroimpact.simulation.reach import reach_in_words
 from vibroimpact.simulation.simulate import ENDS_QUIETLY, Run, Status
@@ -51,13 +61,16 @@ LONGER_THAN_BETWEEN_EVENTS = 2.0
 # A coordinate that moves less, relative to the size of the motion, stands still.
 STILL_OF_MOTION = 1e-9
 TOUCHING_OF_TERMS = 1e-6  # a guard that is so near to its limit, relative to its terms, is at it
-ENDS_OF_FLIGHTS = (
-    Status.IMPACT, Status.CHATTER, Status.RELEASE, Status.ENGAGE, Status.CHANGE,
-)  # fmt: skip
+IMPACTS = (Status.IMPACT, Status.SIMULTANEOUS)  # the latter moves other contacts that touch, too
+ENDS_OF_FLIGHTS = (*IMPACTS, Status.CHATTER, Status.RELEASE, Status.ENGAGE, Status.CHANGE)
 WITH_ANOTHER = (Status.STICK, Status.CHANGE)  # belong to an event at the same time
-STRUCK = (Status.IMPACT, Status.ENGAGE)
+STRUCK = (*IMPACTS, Status.ENGAGE)
 WATCH_OF_STATUS = {Status.CHATTER: CHATTER_WATCH, Status.RELEASE: FORCE_WATCH}
-TOGETHER = "several contacts impact at once in every period: such orbits have no signature"
+TOGETHER = (
+    "contacts that move each other are struck at one instant in every period: the motions beside jump, and such orbits "
+    "have no signature"
+)
+AT_ONCE = "several events are at one instant in every period: such orbits have no signature"
 UNSAID = "the motion rests on a stop in every period, which impacts do not say: leave them out"
 ALONE = "rest on a stop begins without an impact in every period: such orbits have no signature"
 DRIFTS = "the motion drifts"
@@ -84,16 +97,20 @@ class ClosingLoop(NamedTuple):
 
 
 class Events(NamedTuple):
-    """Events of a run that end flights, those at one instant as one."""
+    """Events of a run that end flights.
+
+    An impact with what follows it at its instant is one; of contacts that are struck together there is one each.
+    """
 
     # numbers in the run, shape (m,): of the event, and of the last one at the same instant
     first: Integers
     last: Integers
     status: Codes  # of the first, shape (m,)
     states: Floats  # (x, v, theta) after the last one, with growing phase, shape (m, 2n + 1)
-    # times, and contacts or elements with the side
+    # times, contacts or elements with the side, and codes of the modes after them
     times: Floats
     stops: list[Stop]
+    codes: list[int]
     counted: Integers  # which count as impacts; all where none does
 
 
@@ -104,13 +121,31 @@ def events_of(run: Run) -> Events:
     begins = np.ones(len(at), dtype=bool)
     begins[1:] = (np.diff(run.time[at]) > 0.0) | ~np.isin(run.status[at[1:]], WITH_ANOTHER)
     first, last = at[begins], at[np.append(begins[1:], True)] if at.size else at
-    phase = run.start.phase + mechanism_of(run.system).omega * run.time[last]
+    m, instead = mechanism_of(run.system), stand_ins(mechanism_of(run.system))
+    phase = run.start.phase + m.omega * run.time[last]
     states = np.column_stack([run.position[last], run.velocity_after[last], phase])
     sides = np.where((run.limit_side[first] > 0) & (run.status[first] != Status.RELEASE), 1, -1)
     stops = list(map(Stop, run.contact[first].tolist(), sides.tolist()))
+    stops = [instead.get(stop, stop) for stop in stops]
+    every = run.all_codes
+    if instead:
+        every = [named_code(code, instead) for code in every]
+    codes = [every[k + 1] for k in last]
+    number = np.arange(len(first))
+    together = struck_at_once(run) | released_at_once(run, every)
+    for j in reversed(np.flatnonzero(np.isin(first, [*together])).tolist()):
+        k = int(first[j])
+        if len(names := together[k]) > 1:
+            before = np.concatenate([run.position[k], run.velocity_before[k], phase[j : j + 1]])
+            watch = WATCH_OF_STATUS.get(Status(run.status[k]), GAP_WATCH)
+            parts = [*between(run.system, before, (every[k], codes[j]), names, watch)]
+            stops[j : j + 1], codes[j:j] = names, [code for _, code in parts]
+            states = np.insert(states, j, [state for state, _ in parts], axis=0)
+            number = np.insert(number, j, np.full(len(parts), j))
+    first, last = first[number], last[number]
     counted = np.flatnonzero(np.isin(run.status[first], STRUCK))
     return Events(
-        first, last, run.status[first], states, run.time[last], stops,
+        first, last, run.status[first], states, run.time[last], stops, codes,
         counted if counted.size else np.arange(len(first)),
     )  # fmt: skip
 
@@ -122,12 +157,16 @@ def _within_chatter(run: Run) -> Flags:
     """
     within = np.zeros(len(run.status), dtype=bool)
     ends = np.flatnonzero(run.status == Status.CHATTER).tolist()
-    codes = run.codes if ends else []
+    if not ends:
+        return within
+    codes, instead = run.codes, stand_ins(mechanism_of(run.system))
+    stops = map(Stop, run.contact.tolist(), run.limit_side.tolist())
+    names = np.array([instead.get(stop, stop) for stop in stops])
     for end in ends:
         code = codes[end - 1]
         longest = compile_prescribed(run.system, "", (code,)).step(code)
-        here = (run.contact == run.contact[end]) & (run.limit_side == run.limit_side[end])
-        first = summed_from(end, run.time, here & (run.status == Status.IMPACT), longest)
+        here = (names == names[end]).all(axis=1) & np.isin(run.status, IMPACTS)
+        first = summed_from(end, run.time, here, longest)
         within[first + 1 : end] = True
     return within
 
@@ -211,8 +250,8 @@ def closing_loop(
     if isinstance(flights, str):
         return flights
     durations = np.diff(events.times[here.start : here.stop + 1])
-    if not np.all(durations > 0.0):
-        return TOGETHER
+    if not in_order(events, here.start, here.stop):
+        return AT_ONCE
     impacts, states = tuple(events.stops[here]), events.states[here]
     return ClosingLoop(impacts, whole, states, durations, flights, settled)
 
@@ -248,13 +287,12 @@ def eventless_loop(run: Run, cycles: int | None) -> ClosingLoop | str:
 def _flights(run: Run, events: Events, here: slice) -> tuple[Flight, ...] | str:
     """Mode of every flight of a loop and the guard that ends it; empty without elements and rest."""
     m = mechanism_of(run.system)
-    codes = codes_of(run, events, here)
-    if not m.switching and not any(codes):
+    if not m.switching and not any(events.codes[here]):
         return ()
     if (events.status[here] == Status.STICK).any():
         return ALONE
     flights = flights_of(run, events, here)
-    return TOGETHER if None in flights else tuple(flight for flight in flights if flight)
+    return AT_ONCE if None in flights else tuple(flight for flight in flights if flight)
 
 
 def _since_last_impact(events: Events) -> Events | None:
@@ -265,10 +303,21 @@ def _since_last_impact(events: Events) -> Events | None:
     return events._replace(counted=later) if later.size else None
 
 
-def codes_of(run: Run, events: Events, here: slice) -> list[int]:
-    """Code of the mode after each event of a part of a run."""
-    known = run.codes
-    return [known[k] for k in events.last[here]]
+def in_order(events: Events, first: int, last: int) -> bool:
+    """Whether flights between events take time, but for those between several impacts, or releases, at one instant.
+
+    They do not where two contacts chatter at once: of one the sum is a flight, of the other it is not.
+    """
+    here = slice(first, last + 1)
+    times, status, stops = events.times[here], events.status[here], events.stops[here]
+    released, numbers = status == Status.RELEASE, np.array([stop.contact for stop in stops])
+    at_once = (np.diff(events.first[here]) == 0) | (released[1:] & released[:-1])
+    if not (at_once | (np.diff(times) > 0.0)).all():
+        return False
+    struck, shortest = np.isin(status, IMPACTS), PLAY_OF_AMPLITUDE * (times[-1] - times[0])
+    return all(
+        (np.diff(times[struck & (numbers == one)]) > shortest).all() for one in {*numbers.tolist()}
+    )
 
 
 def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
@@ -276,7 +325,7 @@ def flights_of(run: Run, events: Events, here: slice) -> list[Flight | None]:
 
     ``here`` leaves out the last event of the run, after which no flight ends.
     """
-    m, codes = mechanism_of(run.system), codes_of(run, events, here)
+    m, codes = mechanism_of(run.system), events.codes[here]
     compiled = compile_prescribed(run.system, "", tuple(sorted({*codes})))
     found: list[Flight | None] = []
     for k, code in enumerate(codes, here.start + 1):
@@ -308,11 +357,11 @@ def _watch_at(run: Run, compiled: Prescribed, code: int, stop: Stop, at: int, bo
 
 
 def _without_signature(run: Run, since: float, until: float) -> str:
-    """Reason why a part of a run has no signature: several contacts impact at once."""
-    status = run.status[(run.time >= since) & (run.time <= until)]
-    if (status == Status.NON_UNIQUE).any():
+    """Reason why a part of a run has no signature: an open law, or contacts that move each other struck at once."""
+    here = (run.time >= since) & (run.time <= until)
+    if (run.status[here] == Status.NON_UNIQUE).any():
         return OPEN
-    return TOGETHER if (status == Status.SIMULTANEOUS).any() else ""
+    return TOGETHER if together(run)[here].any() else ""
 
 
 # first and last impact of a loop, and whether it closes within GAP_OF_SETTLED

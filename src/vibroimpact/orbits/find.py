@@ -3,8 +3,9 @@
 Method      Newton's method (newton.py) on (1)-(3) of problem.py. The signature is given, or taken
             from a simulated motion (closing_segment.py).
 Fails       a status with a sentence: no convergence, a guess that leads to rest, a motion without a
-            loop, or with one in which a stop is rested on all the time, friction sticks all the time, or
-            several events coincide; one that only loses energy.
+            loop, or with one in which contacts that move each other, or other events, are at one instant;
+            an orbit with impacts at one instant at which the map has several derivatives (simultaneous.py);
+            a motion that only loses energy.
 Reference   theory.md, "Periodic orbits"
 """
 
@@ -53,6 +54,7 @@ from vibroimpact.orbits.problem import (
     why_none,
     without_events,
 )
+from vibroimpact.orbits.simultaneous import between, pairs_at_once, why_not_smooth
 from vibroimpact.simulation.simulate import Run, simulate
 
 # An orbit that is found twice, even next to a fold, has states that agree so well.
@@ -113,8 +115,9 @@ def find_orbit(
     Orbit
         In a family of orbits (``family_dimension``), the one next to the guess. With ``converged``
         False and a sentence in ``status`` where none was reached, where none exists because every
-        impact loses energy, where the motion drifts by its momentum, or has several impacts at once in every
-        period.
+        impact loses energy, where the motion drifts by its momentum, or has impacts at one instant in every
+        period at which its map jumps or has several derivatives. Impacts of contacts that do not feel each
+        other are a sequence with a flight time of zero.
 
     Raises
     ------
@@ -339,7 +342,10 @@ def solve(
     if status != FOUND:
         status = why_none(problem.mechanism, signature.impacts) or status
     states, durations = problem.unpacked(z)
-    return Orbit(system, signature, states, durations, residual, status)
+    orbit = Orbit(system, signature, states, durations, residual, status)
+    ends = replace(signature, symmetric=False).ends
+    why = orbit.converged and why_not_smooth(system, *unfolded(orbit), ends)
+    return replace(orbit, status=why) if why else orbit
 
 
 # ---- one orbit, described in several ways -------------------------------------------------------
@@ -352,7 +358,7 @@ def primitive(orbit: Orbit) -> Orbit:
     """
     if not orbit.converged:
         return orbit
-    orbit = _chatter_summed(orbit)
+    orbit = _in_order(_chatter_summed(orbit))
     signature, guess = orbit.signature, unfolded(orbit)
     count = len(signature.impacts)
     turns = [k for k in range(count, 1, -1) if _repeats(orbit, guess, k)]
@@ -398,6 +404,32 @@ def _chatter_summed(orbit: Orbit) -> Orbit:
     flights = tuple(Flight(end.mode, end.watch) for end in ends)
     regrouped = Signature(impacts, signature.cycles, False, flights)
     return solve(orbit.system, regrouped, Guess(parts.states[kept], durations[kept]))
+
+
+def _in_order(orbit: Orbit) -> Orbit:
+    """Put impacts, or releases, of several contacts at one instant in the order of the contacts; begin after all."""
+    ends = orbit.problem.ends
+    pairs = [(k, j) for k, j in pairs_at_once(orbit.durations, ends) if j == (k + 1) % len(ends)]
+    if orbit.symmetric or not pairs:
+        return orbit
+    wrong = [k for k, j in pairs if ends[k].contact > ends[j].contact]
+    if not wrong:
+        within = {j for _, j in pairs}
+        return rotated(orbit, min({*range(len(ends))} - within))
+    orbit = rotated(orbit, wrong[0])
+    impacts, flights, (one, other, *_) = [*orbit.signature.impacts], [], orbit.problem.ends
+    after, third = orbit.problem.modes[2 % len(ends)], 2 % len(ends)
+    before = orbit.problem.own.after(orbit.states[0], orbit.durations[0], one.mode)
+    stops = Stop(*other[:2]), Stop(*one[:2])
+    ((state, code),) = between(orbit.system, before, (one.mode, after), stops, one.watch)
+    impacts[1], impacts[third] = stops
+    if orbit.signature.flights:
+        flights = [*orbit.signature.flights]
+        flights[1] = Flight(code, one.watch)
+    states = orbit.states.copy()
+    states[1] = state
+    signature = replace(orbit.signature, impacts=tuple(impacts), flights=tuple(flights))
+    return _in_order(solve(orbit.system, signature, Guess(states, orbit.durations)))
 
 
 def _repeats(orbit: Orbit, guess: Guess, k: int) -> bool:

@@ -243,7 +243,7 @@ def map_from(orbit: Orbit, segment: int, time: float, parameter: str = "") -> Se
     least = NO_TIME_OF_PERIOD * float(orbit.durations.sum())
     rigid = len(orbit.mechanism.rigid_stops)
     none = [
-        durations[k] == 0.0 if end.contact < rigid else abs(durations[k]) <= least
+        durations[k] == 0.0 and k == segment if end.contact < rigid else abs(durations[k]) <= least
         for k, end in enumerate(ends)
     ]
     flown = [k for k in range(segment, last) if not none[k]]

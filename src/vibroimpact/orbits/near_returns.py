@@ -21,25 +21,30 @@ from vibroimpact.model.system import mechanism_of
 from vibroimpact.model.translations import Translations
 from vibroimpact.orbits.closing_segment import (
     Events,
-    codes_of,
     events_of,
     flights_of,
+    in_order,
 )
 from vibroimpact.orbits.find import Guess
 from vibroimpact.orbits.problem import Flight, Signature, forcing_repeats, resisted_translations
+from vibroimpact.orbits.simultaneous import together
 from vibroimpact.simulation.simulate import COUNTED, Run, Status
 
 Loop = tuple[Signature, Guess]
 Key = tuple[int, tuple[Stop, ...], tuple[Flight, ...]]
 
-UNPRESCRIBED = (Status.SIMULTANEOUS, Status.NON_UNIQUE)  # what no signature describes
+
+def unprescribed(run: Run) -> Flags:
+    """Mask of the events that no signature describes."""
+    found: Flags = together(run) | (run.status == Status.NON_UNIQUE)
+    return found
 
 
 def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float) -> list[Loop]:
     """Parts of a run that close to ``coarse``, the most nearly closed first.
 
-    Left out are those that have no signature: several contacts impact at once, the law leaves a state open, rest on
-    a stop begins without an impact.
+    Left out are those that have no signature: contacts that move each other are struck at once, the law leaves a state
+    open, rest on a stop begins without an impact.
 
     Parameters
     ----------
@@ -56,10 +61,10 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
     m = mechanism_of(run.system)
     events = events_of(run)
     states, times = resisted_translations(m).relative(events.states), events.times
-    blocked = np.cumsum(np.isin(run.status, UNPRESCRIBED))[events.last]
+    blocked = np.cumsum(unprescribed(run))[events.last]
     turns = times * (m.omega / (2.0 * math.pi))
     allowed = [k for k in range(1, cycles + 1) if forcing_repeats(m, k)] if m.forces else [0]
-    kinds, struck = _kinds(run, events), np.isin(run.status[events.first], COUNTED)
+    kinds, struck = _kinds(events), np.isin(run.status[events.first], COUNTED)
     found: list[tuple[float, int, int, int]] = []
     for at in _groups(struck, kinds):
         for count in range(1, min(impacts, len(at) - 1) + 1):
@@ -80,10 +85,9 @@ def loops_of(run: Run, cycles: int, impacts: int, widths: Floats, coarse: float)
     return [loop for loop in loops if loop is not None]
 
 
-def _kinds(run: Run, events: Events) -> Integers:
+def _kinds(events: Events) -> Integers:
     """Number of the kind of each event: its contact or element, its side, the mode after it."""
-    codes = codes_of(run, events, slice(None))
-    rows = [(*stop, code) for stop, code in zip(events.stops, codes, strict=True)]
+    rows = [(*stop, code) for stop, code in zip(events.stops, events.codes, strict=True)]
     _, kinds = np.unique(np.array(rows).reshape(-1, 3), axis=0, return_inverse=True)
     return kinds.ravel()
 
@@ -111,16 +115,14 @@ def _cutter(run: Run, events: Events) -> Callable[[int, int, int], Loop | None]:
     """
     m = mechanism_of(run.system)
     before_last = slice(0, len(events.times) - 1)
-    codes = codes_of(run, events, before_last) if len(events.times) > 1 else []
+    codes = events.codes[before_last]
     several = any(codes) or bool(m.switching and codes)
     flights = flights_of(run, events, before_last) if several else []
 
     def cut(i: int, j: int, whole: int) -> Loop | None:
         durations, here = np.diff(events.times[i : j + 1]), flights[i:j]
         if several and (
-            None in here
-            or not (durations > 0.0).all()
-            or (events.status[i:j] == Status.STICK).any()
+            None in here or not in_order(events, i, j) or (events.status[i:j] == Status.STICK).any()
         ):
             return None
         passed = (

@@ -4,11 +4,12 @@ Method      Steps of the Levenberg-Marquardt method on (1)-(3) of problem.py, F(
                 minimise |F' s + F|^2 + nu^2 |s|^2 over s,   nu = max(DAMPING_OF_RESIDUAL |F|, LEAST_DAMPING),    (1)
             unknowns divided by their sizes and equations by those of their terms, so that units do
             not matter; s is halved until the largest equation falls and every flight time stays
-            positive. Near an isolated orbit (1) is Newton's step. Where orbits come in a family F'
-            is singular along it: (1) does not move along the family, and leads to the member next
-            to the guess. Both converge quadratically [yamashita2001].
+            positive, but for the rounding of one between two impacts at one instant. Near an isolated
+            orbit (1) is Newton's step. Where orbits come in a family F' is singular along it: (1) does
+            not move along the family, and leads to the member next to the guess. Both converge
+            quadratically [yamashita2001].
             A family is distinguished from a fold or a branch point, where F' is singular too, by a
-            second orbit found at a distance FAMILY_STEP_IN_SIZES along each null vector of F'.     (2)
+            second orbit found at a distance FAMILY_STEP_IN_SIZES along each null vector of F', on either side. (2)
 Accuracy    converged: the last step and the largest equation are below CONVERGED_RELATIVE; the step is still
             taken, which leaves rounding. Next to a fold F' multiplies rounding: also converged are
             equations within ROUNDING_OF_TERMS, steps below STALLED_OF_UNKNOWNS that no longer halve
@@ -171,9 +172,10 @@ def _damped(
 ) -> tuple[Floats, bool]:
     """Halve a step until the residual falls; return the step and whether it did."""
     times = slice(problem.size, None, problem.size + 1)
+    least = -ROUNDING_OF_TERMS * float(z[times].sum())
     for _ in range(halvings):
         there = z + step
-        if np.all(there[times] > 0.0):
+        if np.all(there[times] > least):
             residual = float(np.abs(problem.residual(there, 0.0) / rows).max())
             if residual < error or residual <= CONVERGED_RELATIVE:
                 return there, True
@@ -189,8 +191,12 @@ def family_dimension(problem: OrbitProblem, z: Floats) -> int:
     null = directions[values <= SINGULAR_OF_LARGEST * values[0]]
     moved = []
     for direction in null:
-        there, _, status = newton(problem, z + FAMILY_STEP_IN_SIZES * direction * sizes)
-        moved.append(null @ ((there - z) / sizes) * (status == FOUND))
+        # on one side impacts may change order
+        for step in (FAMILY_STEP_IN_SIZES, -FAMILY_STEP_IN_SIZES):
+            there, _, status = newton(problem, z + step * direction * sizes)
+            if status == FOUND:
+                moved.append(null @ ((there - z) / sizes))
+                break
     return (
         int(np.linalg.matrix_rank(np.array(moved), tol=FAMILY_STEP_IN_SIZES / 2.0)) if moved else 0
     )

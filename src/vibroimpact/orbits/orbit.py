@@ -19,6 +19,7 @@ from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, Linearised
 from vibroimpact.machines.units import units_of
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import parameter_value
+from vibroimpact.model.stand_ins import stand_ins
 from vibroimpact.model.state import State, names_of_state
 from vibroimpact.model.stop import Stop
 from vibroimpact.model.system import System
@@ -358,7 +359,8 @@ class Orbit(Result):
         """Nearest approach to each stop in each flight, by (contact, side, flight)."""
         compiled, ends = self.problem.own, self.problem.ends
         begun = self.signature.impacts[: len(ends)]
-        return least_gaps(compiled, self.states, self.durations, ends, begun)
+        hidden = stand_ins(self.mechanism)
+        return least_gaps(compiled, self.states, self.durations, ends, begun, hidden)
 
     @property
     def nearest(self) -> Nearest | None:

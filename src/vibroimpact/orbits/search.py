@@ -49,10 +49,11 @@ from vibroimpact.orbits.find import (
     unfolded,
 )
 from vibroimpact.orbits.mirror_images import image_of, symmetries_tried
-from vibroimpact.orbits.near_returns import UNPRESCRIBED, KnownLoops, beginnings, loops_of
+from vibroimpact.orbits.near_returns import KnownLoops, beginnings, loops_of, unprescribed
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import MOST_CYCLES, Signature, impacting, resisted_translations
 from vibroimpact.orbits.search_result import GuessEnd, MotionEnd, OrbitSearch
+from vibroimpact.orbits.simultaneous import why_not_smooth
 from vibroimpact.orbits.starts import Starts, starts_of
 from vibroimpact.orbits.starts_between import StartsBetween, starts_between
 from vibroimpact.orbits.symmetric_damper import known_orbits
@@ -222,7 +223,7 @@ class _Sweep:
             self._enter(of_loop(self.system, loop, None))
 
     def _why_unresolved(self, loop: ClosingLoop | str) -> str:
-        """Reason of find_orbit for a motion without a loop at its end, or with one beyond the bounds.
+        """Reason of find_orbit for a motion without a loop at its end, or with one beyond the bounds or not smooth.
 
         "" where the end of the motion nearly closes within the bounds, settled or not.
         """
@@ -230,7 +231,9 @@ class _Sweep:
             return DRIFTS if loop.startswith(DRIFTS) else loop
         struck = sum(impacting(mechanism_of(self.system), loop.signature))
         beyond = loop.cycles > self.cycles or struck > self.impacts
-        return BEYOND.format(self=self) if beyond and loop.settled else ""
+        if beyond and loop.settled:
+            return BEYOND.format(self=self)
+        return why_not_smooth(self.system, loop.states, loop.durations, loop.signature.ends)
 
     def _signatures(self, signature: Signature, guess: Guess) -> Iterator[Signature]:
         """Signatures to solve for: a symmetric one where it is possible, then the general one."""
@@ -285,7 +288,7 @@ def _starts_of(system: System) -> Starts | StartsBetween:
 def _end_of(run: Run) -> MotionEnd:
     if run.end is RunEnd.DIVERGED:
         return MotionEnd.DIVERGED
-    if np.isin(run.status, UNPRESCRIBED).any():
+    if unprescribed(run).any():
         return MotionEnd.UNPRESCRIBED
     if run.end is RunEnd.IMPACTS:
         return MotionEnd.IMPACTS
