@@ -37,9 +37,8 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.closing_segment import (
     ALONE,
-    TOGETHER,
+    AT_ONCE,
     Events,
-    codes_of,
     events_of,
     flights_of,
 )
@@ -115,16 +114,14 @@ def from_motion(
 
 
 class Record(NamedTuple):
-    """Events of a settled motion, with the code of the mode after each, shape (m,)."""
+    """A settled motion with its events."""
 
     run: Run
     events: Events
-    codes: list[int]
 
 
 def _recorded(run: Run) -> Record:
-    events = events_of(run)
-    return Record(run, events, codes_of(run, events, slice(None)))
+    return Record(run, events_of(run))
 
 
 def signature_of(record: Record) -> Signature | str:
@@ -132,10 +129,10 @@ def signature_of(record: Record) -> Signature | str:
     m, events = mechanism_of(record.run.system), record.events
     if record.run.end not in GOES_ON:
         return f"the motion does not go on: {record.run.end.sentence}"
-    for status, why in ((Status.SIMULTANEOUS, TOGETHER), (Status.STICK, ALONE)):
+    for status, why in ((Status.SIMULTANEOUS, AT_ONCE), (Status.STICK, ALONE)):
         if (events.status == status).any():
             return f"its map is not smooth: {why}"
-    symbols = np.column_stack([events.stops, events.status, record.codes])
+    symbols = np.column_stack([events.stops, events.status, events.codes])
     for length in range(1, min(LONGEST_WORD, len(symbols) // 2) + 1):
         if (symbols[length:] == symbols[:-length]).all():
             break
@@ -158,7 +155,7 @@ def signature_of(record: Record) -> Signature | str:
         )
     flights = _flights(record, length)
     if flights is None:
-        return f"its map is not smooth: {TOGETHER}"
+        return f"its map is not smooth: {AT_ONCE}"
     once = Signature(tuple(events.stops[:length]), cycles, False, flights)
     if flights and held_in(m, [flight.mode for flight in flights]):
         return "a stop is rested on, or friction sticks, all the time: such motions have no circle here"
@@ -175,7 +172,7 @@ def signature_of(record: Record) -> Signature | str:
 
 def _flights(record: Record, length: int) -> tuple[Flight, ...] | None:
     """Flights of the first word; none where nothing but rigid stops is met, None where no guard ends one."""
-    if not mechanism_of(record.run.system).switching and not any(record.codes[:length]):
+    if not mechanism_of(record.run.system).switching and not any(record.events.codes[:length]):
         return ()
     found = flights_of(record.run, record.events, slice(0, length))
     return None if None in found else tuple(flight for flight in found if flight)
@@ -226,7 +223,7 @@ def _iterates(record: Record, signature: Signature) -> tuple[Floats, Floats] | N
     events, solved = record.events, len(signature.solved)
     modes = [flight.mode for flight in signature.flights] or [0] * len(signature.impacts)
     word = list(zip(signature.impacts, modes, strict=True))
-    passed = list(zip(events.stops, record.codes, strict=True))
+    passed = list(zip(events.stops, events.codes, strict=True))
     begin = next((i for i in range(len(word)) if passed[i : i + len(word)] == word), None)
     if begin is None:
         return None
