@@ -117,7 +117,7 @@ def find_circle(
     -------
     Circle
         With ``converged`` False and a sentence in ``status`` where the motion is periodic, chaotic
-        or does not settle, where the order of its events changes or something is held all the time, where
+        or does not settle, where the order of its events changes, where
         there is no circle on this side of a Neimark-Sacker point, where Newton's method fails or the circle
         needs more nodes.
 
@@ -341,9 +341,9 @@ def _from_point(system: System, point: BifurcationPoint) -> Started:
         return nothing(status, signature)
     orbit = point.orbit
     z = orbit.problem.packed(orbit.states, orbit.durations)
-    scale, first = np.ones(orbit.states.shape[1]), orbit.states[0]
+    scale = np.ones(orbit.states.shape[1])
     scale[orbit.problem.kept] = scale_of(orbit.problem, z)[: orbit.problem.size]
-    circle_map = impact_map(system, signature, scale, float(first[-1]))
+    circle_map = impact_map(system, signature, scale, orbit.states[0])
     curve = circle_map.coordinates(orbit.states[:1]) + form.circle(dp, PREDICTED_NODES)
     times = np.tile(orbit.durations, (PREDICTED_NODES, 1))
     return Started(circle_map, signature, Trial(curve, form.rotation_number(dp), 0.0, times))

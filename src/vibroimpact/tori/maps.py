@@ -12,7 +12,9 @@ Method      Map of a signature: from a point xi of the section of its first even
             The section is where the guard u of the first event has its limit; with the phase, for a stop that
             moves, and with the parameter it changes its place. The entry of zeta that it leaves out is
                 zeta_j - (u - limit) / u_j,   dzeta_j = -(u_zeta dzeta + (u - limit)_p dp) / u_j, (3)
-            exact for a place or speed, in which u is linear; a phase is found in a few steps.
+            exact for a place or speed, in which u is linear; a phase is found in a few steps. What is held all the
+            time, as a stop that is rested on, gives more such entries at once; friction that sticks all the time
+            stays at its place.
             Along a drift that the orbit equations leave out (orbits/problem.py) the circle need not close.
 Assumes     events at which the guard changes its sign, g_t != 0
 Accuracy    rounding of the flights
@@ -104,14 +106,14 @@ class FormulaMap:
 class SignatureMap:
     """Half map of a symmetric signature, or full map of another, in the section of its first event.
 
-    Where the guard of that event depends on the phase alone, the section is at the one next to ``phase``.
+    ``base`` is a state (x, v, theta) of the section, next to which what the coordinates leave out is sought.
     """
 
     system: System
     signature: Signature
     parameter: str
     sizes: Floats = field(repr=False)
-    phase: float = 0.0
+    base: tuple[float, ...] = ()
 
     @cached_property
     def problem(self) -> OrbitProblem:
@@ -121,8 +123,9 @@ class SignatureMap:
     @cached_property
     def numbers(self) -> list[int]:
         """Numbers of the coordinates among the unknowns of a state of the orbit equations."""
-        left_out = self.problem.left_out(self.problem.own), *self.problem.pivots
-        return [i for i in range(self.problem.size) if i not in left_out]
+        problem = self.problem
+        left_out = problem.left_out(problem.own), *problem.pivots, *problem.held.entries
+        return [i for i in range(problem.size) if i not in left_out]
 
     @cached_property
     def kept(self) -> tuple[int, ...]:
@@ -130,22 +133,23 @@ class SignatureMap:
         return tuple(self.problem.kept[i] for i in self.numbers)
 
     @cached_property
-    def _left_out(self) -> int:
-        """Entry of (x, v, theta) that the section gives; NONE_LEFT_OUT for the section that is all of space."""
-        number = self.problem.left_out(self.problem.own)
-        return number if number == NONE_LEFT_OUT else self.problem.kept[number]
-
-    @cached_property
-    def section(self) -> End:
-        """Limit that the guard of the first event has in the section."""
-        first = self.signature.first
-        return first._replace(watch=GAP_WATCH) if first.watch == CHATTER_WATCH else first
+    def _given(self) -> tuple[list[End], list[int]]:
+        """Limits at which all points of the section are, and the entries of (x, v, theta) that follow from them."""
+        problem, first = self.problem, self.signature.first
+        limits, numbers = [*problem.held.ends], problem.held.entries[: len(problem.held.ends)]
+        if (left_out := problem.left_out(problem.own)) != NONE_LEFT_OUT:
+            chatters = first.watch == CHATTER_WATCH
+            limits = [*limits, first._replace(watch=GAP_WATCH) if chatters else first]
+            numbers = [*numbers, left_out]
+        return limits, [problem.kept[i] for i in numbers]
 
     @property
     def forgotten(self) -> int:
         """Number of directions that are lost within an iterate: friction sticks, a stop is rested on, a reset."""
-        most = max(self.problem.own.modes[mode].forgotten for mode in self.problem.modes)
-        return most + (self._left_out == NONE_LEFT_OUT)
+        problem = self.problem
+        most = max(problem.own.modes[mode].forgotten for mode in problem.modes)
+        jumps = problem.left_out(problem.own) == NONE_LEFT_OUT
+        return most - len(problem.held.ends) + jumps
 
     def system_at(self, p: float) -> System:
         """The system at a value of the parameter."""
@@ -153,19 +157,16 @@ class SignatureMap:
 
     def states(self, points: Floats, p: float) -> Floats:
         """States (N, 2n + 1) of section points: (3)."""
-        compiled, j = self.problem.compiled(p), self._left_out
+        compiled, problem = self.problem.compiled(p), self.problem
         states = np.zeros((len(points), compiled.size))
+        states[:] = self.base or 0.0
+        states[:, [problem.kept[i] for i in problem.pivots]] = 0.0
         states[:, list(self.kept)] = points
-        at_phase = j == compiled.size - 1
-        if at_phase:
-            states[:, j] = self.phase
-        if j != NONE_LEFT_OUT:
-            guard = compiled.guard(self.section)
-            limit = guard.upper if self.section.side > 0 else guard.lower
-            for _ in range(PHASE_NEWTON_STEPS if at_phase else 1):
-                slope = compiled.slopes(self.section, states[0])[j]
-                u = compiled.embedded(states[:, :-1], states[:, -1]) @ guard.row + guard.gain
-                states[:, j] -= (u - limit) / slope
+        limits, entries = self._given
+        steps = PHASE_NEWTON_STEPS if compiled.size - 1 in entries else 1
+        for _ in range(steps if limits else 0):
+            gaps, slopes = self._at_limits(compiled, states)
+            states[:, entries] -= np.linalg.solve(slopes[:, :, entries], gaps[:, :, None])[:, :, 0]
         if self.problem.massless:
             return compiled.with_speeds(states, self.problem.modes[:1] * len(states))
         return states
@@ -216,21 +217,30 @@ class SignatureMap:
             begun.append(compiled.linearise(begun[k], times[:, k], [end] * len(points)).after)
         return np.stack(begun, axis=1).reshape(-1, begun[0].shape[1])
 
+    def _at_limits(self, compiled: Prescribed, states: Floats) -> tuple[Floats, Floats]:
+        """Distances (N, s) from the limits of the section, and their derivatives by the state and, last, by p."""
+        limits, _ = self._given
+        here = np.repeat(states, len(limits), axis=0)
+        parts = compiled.linearise(here, np.zeros(len(here)), limits * len(states))
+        columns = [*range(compiled.size), -1]
+        shape = len(states), len(limits)
+        return parts.gap.reshape(shape), parts.gap_by[:, columns].reshape(*shape, -1)
+
     def _tangents(self, compiled: Prescribed, states: Floats) -> tuple[Floats, Floats]:
         """Derivatives (3) of states of the section by its coordinates and by the parameter."""
-        j, kept, count = self._left_out, list(self.kept), len(states)
+        (limits, entries), kept, count = self._given, list(self.kept), len(states)
         by_point = np.tile(np.eye(compiled.size)[:, kept], (count, 1, 1))
         by_parameter = np.zeros((count, compiled.size))
-        if j != NONE_LEFT_OUT:
-            slopes = compiled.linearise(states, np.zeros(count), [self.section] * count).gap_by
-            by_point[:, j] = -slopes[:, kept] / slopes[:, [j]]
-            by_parameter[:, j] = -slopes[:, -1] / slopes[:, j]
+        if limits:
+            slopes = self._at_limits(compiled, states)[1]
+            moves = -np.linalg.solve(slopes[:, :, entries], slopes[:, :, [*kept, -1]])
+            by_point[:, entries], by_parameter[:, entries] = moves[:, :, :-1], moves[:, :, -1]
         return by_point, by_parameter
 
 
-def impact_map(system: System, signature: Signature, scale: Floats, phase: float) -> SignatureMap:
-    """Map of one system, from the sizes of x, v and theta and a phase of its section."""
-    unscaled = SignatureMap(system, signature, "", scale, phase)
+def impact_map(system: System, signature: Signature, scale: Floats, state: Floats) -> SignatureMap:
+    """Map of one system, from the sizes of x, v and theta and a state of its section."""
+    unscaled = SignatureMap(system, signature, "", scale, tuple(state.tolist()))
     return replace(unscaled, sizes=scale[list(unscaled.kept)])
 
 

@@ -13,8 +13,7 @@ Method      The events in order, impacts and changes of state with the modes tha
                 c_k = sum_n w_n x_n exp(-2 pi i k n rho)                                         (4)
 Assumes     a motion that has settled on a smooth circle
 Accuracy    (4) converges faster than any power of the number of iterates
-Fails       a sentence: no such word, periodic (locked) motion, no smooth closed curve; something is held in all
-            modes of the word
+Fails       a sentence: no such word, periodic (locked) motion, no smooth closed curve
 Reference   [das2017] for (4)
 """
 
@@ -30,7 +29,6 @@ from vibroimpact._core.progress import counting
 from vibroimpact._core.types import Floats
 from vibroimpact.attractors.point_sets import InvariantSet, Kind, classify_points
 from vibroimpact.attractors.rotation import weights
-from vibroimpact.compile.piecewise import held_in
 from vibroimpact.compile.prescribed import NONE_LEFT_OUT, compile_prescribed
 from vibroimpact.model.state import State
 from vibroimpact.model.system import System, mechanism_of
@@ -157,8 +155,6 @@ def signature_of(record: Record) -> Signature | str:
     if flights is None:
         return f"its map is not smooth: {AT_ONCE}"
     once = Signature(tuple(events.stops[:length]), cycles, False, flights)
-    if flights and held_in(m, [flight.mode for flight in flights]):
-        return "a stop is rested on, or friction sticks, all the time: such motions have no circle here"
     whole = once.rolled(_beginning(record.run.system, once)).repeated(repeats)
     around, half = whole.impacts, len(whole.impacts) // 2
     symmetric = (
@@ -196,7 +192,7 @@ def _from_record(record: Record, signature: Signature) -> tuple[Started, bool]:
     if rows is None:
         return nothing(f"the events of the motion do not follow {signature.impacts}"), True
     states, times = rows
-    impacting = impact_map(record.run.system, signature, _sizes(states), float(states[0, -1]))
+    impacting = impact_map(record.run.system, signature, _sizes(states), states[0])
     points = impacting.coordinates(states)
     kind = classify_points(points / impacting.sizes)
     if kind.kind is not Kind.QUASIPERIODIC or kind.curve is None:
