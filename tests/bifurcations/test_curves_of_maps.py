@@ -59,6 +59,7 @@ def test_strong_resonances_of_the_henon_map_are_where_algebra_puts_them(r: float
 
 @pytest.mark.parametrize("r", POINTS)
 @pytest.mark.parametrize("kind", ["SN", "PD"])
+@pytest.mark.one_in(3)
 def test_curves_of_folds_and_flips_pass_fold_flip_and_resonance(r: float, kind: str) -> None:
     label = {"SN": "R1", "PD": "R2"}[kind]
     # at beta = 0.5: 4 (1 - r) alpha = -(1 + beta)^2 on SN; on PD 1 + trace + det = 0

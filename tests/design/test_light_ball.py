@@ -69,6 +69,7 @@ def test_the_best_gap_for_plastic_impacts_is_pi_times_the_amplitude() -> None:
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.3, 0.6, 0.8])
+@pytest.mark.one_in(2)
 def test_the_least_amplitude_at_resonance_is_that_of_an_equivalent_damping(
     restitution: float,
 ) -> None:
@@ -82,6 +83,7 @@ def test_the_least_amplitude_at_resonance_is_that_of_an_equivalent_damping(
 
 
 @pytest.mark.parametrize("restitution", [0.6, 0.65, 0.8])
+@pytest.mark.one_in(2)
 def test_two_impacts_per_period_end_at_the_fold_of_the_slow_manifold(restitution: float) -> None:
     # Gendelman (2012): no motion with two impacts per period has a smaller amplitude
     r = rho(restitution)

@@ -182,7 +182,7 @@ LOSSES = {
 
 
 @pytest.mark.parametrize(("lose", "message"), LOSSES.values(), ids=LOSSES)
-@pytest.mark.one_in(4)
+@pytest.mark.slow
 def test_a_cluster_that_is_lost_ends_the_sweep_and_the_store_resumes(
     lone, lose, message, tmp_path: Path
 ):

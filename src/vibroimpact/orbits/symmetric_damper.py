@@ -69,7 +69,7 @@ def symmetric_orbits(system: ImpactDamper) -> tuple[Orbit, ...]:
 
     Notes
     -----
-    Cost: some 4 ms, most of it the residuals of the equations of orbits.
+    Cost: some 3 ms, most of it the residuals of the equations of orbits.
 
     Examples
     --------
