@@ -36,11 +36,14 @@ from vibroimpact.normal_forms.explicit import ExplicitMap
 from vibroimpact.orbits.closing_segment import (
     ALONE,
     AT_ONCE,
+    OPEN,
+    TOGETHER,
     Events,
     events_of,
     flights_of,
 )
 from vibroimpact.orbits.problem import Flight, Signature, forcing_repeats, impacting, oddness
+from vibroimpact.orbits.simultaneous import together
 from vibroimpact.simulation.simulate import GOES_ON, Run, Status
 from vibroimpact.simulation.simulator import Simulator
 from vibroimpact.tori.fourier import values_of
@@ -112,7 +115,7 @@ def from_motion(
 
 
 class Record(NamedTuple):
-    """A settled motion with its events."""
+    """A settled motion and its events."""
 
     run: Run
     events: Events
@@ -127,9 +130,8 @@ def signature_of(record: Record) -> Signature | str:
     m, events = mechanism_of(record.run.system), record.events
     if record.run.end not in GOES_ON:
         return f"the motion does not go on: {record.run.end.sentence}"
-    for status, why in ((Status.SIMULTANEOUS, AT_ONCE), (Status.STICK, ALONE)):
-        if (events.status == status).any():
-            return f"its map is not smooth: {why}"
+    if why := _not_smooth(record):
+        return f"its map is not smooth: {why}"
     symbols = np.column_stack([events.stops, events.status, events.codes])
     for length in range(1, min(LONGEST_WORD, len(symbols) // 2) + 1):
         if (symbols[length:] == symbols[:-length]).all():
@@ -164,6 +166,18 @@ def signature_of(record: Record) -> Signature | str:
         and not oddness(m, cycles)
     )
     return replace(whole, cycles=cycles, symmetric=symmetric)
+
+
+def _not_smooth(record: Record) -> str:
+    """Reason why a motion has no smooth map; "" where none is seen."""
+    run, events = record
+    if (run.status == Status.NON_UNIQUE).any():
+        return OPEN
+    if (events.status == Status.STICK).any():
+        return ALONE
+    if together(run).any():
+        return TOGETHER
+    return AT_ONCE if (np.diff(events.times) <= 0.0).any() else ""
 
 
 def _flights(record: Record, length: int) -> tuple[Flight, ...] | None:
