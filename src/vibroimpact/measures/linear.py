@@ -278,10 +278,12 @@ def free_motion(system: System, *, opened: bool = False) -> FreeMotion | str:
     return _placed([system], rows_of(system))[0]
 
 
-def free_motions(system: System, name: str, values: Floats) -> list[FreeMotion | str]:
+def free_motions(
+    system: System, name: str, values: Floats, *, opened: bool = False
+) -> list[FreeMotion | str]:
     """Return the steady motions without impacts, as :func:`free_motion`, at values of a parameter."""
     systems = [with_parameter(system, name, value) for value in values.tolist()]
-    found: list[FreeMotion | str] = [_why_none(mechanism_of(one)) for one in systems]
+    found: list[FreeMotion | str] = [_why_none(mechanism_of(one), opened=opened) for one in systems]
     some = [k for k, why in enumerate(found) if not why]
     if some:
         placed = _placed([systems[k] for k in some], Rows(systems[some[0]], name, values[some]))

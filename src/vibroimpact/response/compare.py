@@ -26,6 +26,7 @@ from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.stability import Stability
+from vibroimpact.response.curves import WithoutImpacts
 from vibroimpact.response.tuned import TunedDamper, tuned_damper
 
 if TYPE_CHECKING:
@@ -76,8 +77,14 @@ def comparison(response: Response, which: str) -> tuple[Floats, Floats]:
     """
     known = _KNOWN.setdefault(response, {})
     if which not in known:
-        values, measured = response.band.values(COMPARED_POINTS), measured_beside(response, which)
-        known[which] = values, np.array([measured(value) for value in values.tolist()])
+        values = response.band.values(COMPARED_POINTS)
+        if which == "linear":
+            system, name, measure = response.system, response.parameter, response.measure
+            free = WithoutImpacts(system, name, measure, opened=True)
+            known[which] = values, free.measured(values)[0]
+        else:
+            measured = measured_beside(response, which)
+            known[which] = values, np.array([measured(value) for value in values.tolist()])
     return known[which]
 
 

@@ -274,6 +274,7 @@ class WithoutImpacts:
     system: System
     parameter: str
     measure: Measure
+    opened: bool = False  # as for free_motion
 
     def __call__(self, _: int, value: float, /) -> FreeMotion | None:
         """The motion at a value; None where there is none."""
@@ -283,14 +284,15 @@ class WithoutImpacts:
     def motion(self, value: float) -> FreeMotion | str:
         """The motion, or why there is none; kept."""
         if value not in self._kept:
-            self._kept[value] = free_motion(with_parameter(self.system, self.parameter, value))
+            there = with_parameter(self.system, self.parameter, value)
+            self._kept[value] = free_motion(there, opened=self.opened)
         return self._kept[value]
 
     def motions(self, values: Floats) -> list[FreeMotion | str]:
         """The motion at each value, or why there is none; kept."""
         new = np.array([value for value in values.tolist() if value not in self._kept])
         for some in _batches(new):
-            found = free_motions(self.system, self.parameter, some)
+            found = free_motions(self.system, self.parameter, some, opened=self.opened)
             self._kept.update(zip(some.tolist(), found, strict=True))
         return [self._kept[value] for value in values.tolist()]
 
