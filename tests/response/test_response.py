@@ -84,7 +84,7 @@ DAMPER = vi.ImpactDamper(
 
 @pytest.mark.parametrize(
     ("system", "name", "bounds"),
-    [(vi.Family(pressed, k=1.0, w=0.8), "w", (0.8, 0.81)), (DAMPER, "omega", (1.2, 1.21)),
+    [(vi.Family(pressed, k=1.0, w=0.8), "k", (1.0, 1.01)), (DAMPER, "omega", (1.2, 1.21)),
      (CHATTERS, "omega", (0.5, 0.5001))],
     ids=["stops", "damper", "chatter"],
 )  # fmt: skip
