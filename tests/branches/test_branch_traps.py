@@ -51,10 +51,10 @@ def test_multipliers_follow_a_contact_whose_row_is_the_parameter() -> None:
         row = float(branch.values[i])
         alone = vi.find_orbit(vi.Family(two_masses, row=row), branch.orbit(i))
         np.testing.assert_allclose(branch.multipliers[i], alone.multipliers, rtol=1e-8)
-        watched = branch.family.watch(branch.curve.z[i], row)
+        watched = branch.family.watch(branch.curve.z[i : i + 1], np.array([row]))
         nearest = float(np.abs(alone.multipliers + 1.0).min())
         # the flip function is the product of 1 + mu over all multipliers, up to its saturation
-        assert (watched["flip"] == 0.0) == (nearest == 0.0)
+        assert (watched["flip"][0] == 0.0) == (nearest == 0.0)
     for point in branch.special_points:
         if point.kind == "PD":
             assert np.abs(point.multipliers + 1.0).min() < 1e-7

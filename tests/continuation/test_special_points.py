@@ -368,11 +368,16 @@ class Cycle:
     def scale(self) -> Floats:
         return np.ones(2 * self.n + 1)
 
-    def watch(self, z: Floats, p: float) -> Mapping[str, float]:
+    def watch(self, z: Floats, p: Floats) -> Mapping[str, Floats]:
+        m = np.array([self.round(*at) for at in zip(z, p.tolist(), strict=True)])
+        return {"PD": np.linalg.det(m + np.eye(2)), "NS": np.linalg.det(m) - 1.0}
+
+    def round(self, z: Floats, p: float) -> Floats:
+        """Derivative of one turn."""
         m = np.eye(2)
         for point in z.reshape(self.n, 2):
             m = self.by_x(point, p) @ m
-        return {"PD": float(np.linalg.det(m + np.eye(2))), "NS": float(np.linalg.det(m)) - 1.0}
+        return m
 
 
 def predator(n: int) -> Cycle:

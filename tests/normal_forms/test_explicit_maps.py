@@ -204,18 +204,18 @@ def test_jacobian_of_the_problem_is_that_of_its_residual() -> None:
 
 def test_test_functions_vanish_at_the_published_points_of_henons_map() -> None:
     b, x = 0.632993161855452, 0.816496580927726  # 15 digits, a = 2
-    assert abs(henon(b).watch(np.array([x, x]), 2.0)["PD"]) <= 1e-14
+    assert abs(henon(b).watch(np.array([[x, x]]), np.array([2.0]))["PD"][0]) <= 1e-14
     x = math.sqrt(3.0) - 1.0
-    assert abs(henon(1.0).watch(np.array([x, x]), 2.0)["NS"]) <= 10 * EPS
-    assert henon(0.99).watch(np.array([x, x]), 2.0)["NS"] > 0.0
+    assert abs(henon(1.0).watch(np.array([[x, x]]), np.array([2.0]))["NS"][0]) <= 10 * EPS
+    assert henon(0.99).watch(np.array([[x, x]]), np.array([2.0]))["NS"][0] > 0.0
 
 
 def test_second_doubling_of_the_logistic_map_is_where_it_should_be() -> None:
     p = 1.0 + math.sqrt(6.0)
     twice = nf.ExplicitMap(LOGISTIC.function, dimension=1, iterate=2)
     found = twice.fixed_point([0.85], p)
-    assert abs(twice.watch(found.x, p)["PD"]) <= 100 * EPS
-    assert "NS" not in twice.watch(found.x, p)
+    assert abs(twice.watch(found.x[None], np.array([p]))["PD"][0]) <= 100 * EPS
+    assert "NS" not in twice.watch(found.x[None], np.array([p]))
 
 
 @pytest.mark.parametrize(

@@ -38,8 +38,9 @@ class Given:
     def scale(self) -> Floats:
         return np.array(self.sizes)
 
-    def watch(self, z: Floats, p: float) -> Mapping[str, float]:
-        return self.tests(z, p)
+    def watch(self, z: Floats, p: Floats) -> Mapping[str, Floats]:
+        found = [self.tests(*at) for at in zip(z, p.tolist(), strict=True)]
+        return {name: np.array([values[name] for values in found]) for name in found[0]}
 
 
 def circle(tests=nothing) -> Given:

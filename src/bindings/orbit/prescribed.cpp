@@ -165,6 +165,39 @@ public:
         return forms_of_order<3>(s, e, directions);
     }
 
+    numbers slopes(int stop, double phase) const override {
+        const double* row = data_.of_stop(static_cast<std::size_t>(stop));
+        const int n = data_.degrees;
+        numbers out(size());
+        for (int i = 0; i < n; ++i) {
+            out[i] = row[2 * i];
+            out[n + i] = row[2 * i + 1] / data_.rate;
+        }
+        for (std::size_t l = 0; l < data_.ratios.size(); ++l) {
+            const auto wave = vi::sincos(data_.ratios[l] * phase);
+            const double *own = row + 2 * (n + l), ratio = data_.ratios[l];
+            out[2 * n] += ratio * (own[0] * wave.c - own[1] * wave.s);
+        }
+        return out;
+    }
+
+    int solved_coordinate(int stop) const override {
+        const auto number = static_cast<std::size_t>(stop);
+        if (data_.stops[number].map >= 0) return -1;
+        const double* row = data_.of_stop(number);
+        const int n = data_.degrees;
+        int found = 2 * n;
+        double largest = 0.0;
+        for (int i = 0; i < 2 * n; ++i) {
+            const double size = std::abs(row[i < n ? 2 * i : 2 * (i - n) + 1]);
+            if (size > 0.0 && size >= largest) {
+                largest = size;
+                found = i;
+            }
+        }
+        return found;
+    }
+
     chatter_flights chatter(const numbers& state, const numbers& direction, int at) const override {
         const int n = size();
         dual p(0.0);

@@ -110,6 +110,11 @@ public:
         // of the elapsed time: (2^count, 2n + 2).
         virtual numbers forms(const segments& s, const ends& e, const numbers& directions,
                               int count) const = 0;
+        // Derivatives of the guard of a stop by (x, v, theta) at a phase: (2n + 1,).
+        virtual numbers slopes(int stop, double phase) const = 0;
+        // Position, or velocity, that its section leaves out: the last largest of its row; the phase where it
+        // depends on nothing else, and -1 where a reset follows.
+        virtual int solved_coordinate(int stop) const = 0;
         // Flights within chatter at a stop: states (count, 2n + 1) after its impacts and times
         // (count,), with their derivatives along a direction (2n + 2,) of the first state and the
         // parameter.

@@ -9,6 +9,7 @@
 
 #include "arrays.hpp"
 #include "numeric/chebyshev.hpp"
+#include "orbit/closing.hpp"
 #include "orbit/prescribed.hpp"
 
 namespace nb = nanobind;
@@ -35,19 +36,16 @@ prescribed make(int degrees, numbers ratios, double rate, numbers steps,
     return prescribed(std::move(data));
 }
 
-nb::dict linearise(const prescribed& p, const array& states, const array& durations,
-                   std::vector<int> stops) {
+nb::object linearise(const prescribed& p, const array& states, const array& durations,
+                     std::vector<int> stops) {
     const std::size_t count = stops.size(), size = 2 * p.degrees() + 1;
     auto r = p->linearise({numbers_of(states), numbers_of(durations), std::move(stops)});
-    nb::dict out;
-    out["after"] = to_numpy(std::move(r.after), {count, size});
-    out["before"] = to_numpy(std::move(r.before), {count, size});
-    out["gap"] = to_numpy(std::move(r.gap), {count});
-    out["rate"] = to_numpy(std::move(r.rate), {count});
-    out["rate_after"] = to_numpy(std::move(r.rate_after), {count});
-    out["after_by"] = to_numpy(std::move(r.after_by), {count, size, size + 2});
-    out["gap_by"] = to_numpy(std::move(r.gap_by), {count, size + 2});
-    return out;
+    return nb::make_tuple(to_numpy(std::move(r.before), {count, size}),
+                          to_numpy(std::move(r.after), {count, size}),
+                          to_numpy(std::move(r.gap), {count}), to_numpy(std::move(r.rate), {count}),
+                          to_numpy(std::move(r.rate_after), {count}),
+                          to_numpy(std::move(r.after_by), {count, size, size + 2}),
+                          to_numpy(std::move(r.gap_by), {count, size + 2}));
 }
 
 nb::object second(const prescribed& p, const array& states, const array& durations,
@@ -102,6 +100,84 @@ nb::object chatter(const prescribed& p, const array& state, const array& directi
                           to_numpy(std::move(r.durations_by), {count}));
 }
 
+// Arguments of the constructor, which are its state, too.
+using closing_arguments = std::tuple<int, int, std::vector<int>, std::vector<int>, numbers, numbers,
+                                     numbers, std::vector<int>>;
+
+void bind_closing(nb::module_& m) {
+    nb::class_<closing>(m, "Closing")
+        .def(
+            "__init__",
+            [](closing* self, int entries, int segments, std::vector<int> kept,
+               std::vector<int> source, numbers signs, numbers turn, numbers relative,
+               std::vector<int> pivots) {
+                new (self) closing({entries, segments, std::move(kept), std::move(source),
+                                    std::move(signs), std::move(turn), std::move(relative),
+                                    std::move(pivots)});
+            },
+            "entries"_a, "segments"_a, "kept"_a, "source"_a, "signs"_a, "turn"_a, "relative"_a,
+            "pivots"_a)
+        .def("__getstate__",
+             [](const closing& c) {
+                 const auto& d = c.data();
+                 return closing_arguments{d.entries, d.segments, d.kept,     d.source,
+                                          d.signs,   d.turn,     d.relative, d.pivots};
+             })
+        .def("__setstate__",
+             [](closing& self, const closing_arguments& given) {
+                 new (&self) closing(std::make_from_tuple<closing_data>(given));
+             })
+        .def(
+            "unpacked",
+            [](const closing& c, const array& z) {
+                const auto count = static_cast<std::size_t>(c.data().segments),
+                           entries = static_cast<std::size_t>(c.data().entries);
+                if (z.size() != c.unknowns())
+                    throw std::invalid_argument("z: not so many unknowns.");
+                auto [states, durations] = c.unpacked(z.data());
+                return nb::make_tuple(to_numpy(std::move(states), {count, entries}),
+                                      to_numpy(std::move(durations), {count}));
+            },
+            "z"_a,
+            nb::sig("def unpacked(self, z: numpy.typing.NDArray[numpy.float64]) "
+                    "-> tuple[numpy.typing.NDArray[numpy.float64], "
+                    "numpy.typing.NDArray[numpy.float64]]"))
+        .def(
+            "equations",
+            [](const closing& c, const array& z, const array& after, const array& gap,
+               const array& after_by, const array& gap_by) {
+                const std::size_t d = c.unknowns();
+                auto [left, by] = c.equations(
+                    z.data(), {after.data(), gap.data(), after_by.data(), gap_by.data()});
+                return nb::make_tuple(to_numpy(std::move(left), {d}),
+                                      to_numpy(std::move(by), {d, d + 1}));
+            },
+            "z"_a, "after"_a, "gap"_a, "after_by"_a, "gap_by"_a,
+            nb::sig("def equations(self, z: numpy.typing.NDArray[numpy.float64], "
+                    "after: numpy.typing.NDArray[numpy.float64], "
+                    "gap: numpy.typing.NDArray[numpy.float64], "
+                    "after_by: numpy.typing.NDArray[numpy.float64], "
+                    "gap_by: numpy.typing.NDArray[numpy.float64]) "
+                    "-> tuple[numpy.typing.NDArray[numpy.float64], "
+                    "numpy.typing.NDArray[numpy.float64]]"))
+        .def(
+            "pencil",
+            [](const closing& c, const array& after_by, const array& gap_by, const array& tangents,
+               const std::vector<int>& chosen, const array& rows, const array& columns) {
+                const std::size_t whole = rows.size();
+                return to_numpy(c.pencil({nullptr, nullptr, after_by.data(), gap_by.data()},
+                                         tangents.data(), chosen, rows.data(), columns.data()),
+                                {whole, whole});
+            },
+            "after_by"_a, "gap_by"_a, "tangents"_a, "chosen"_a, "rows"_a, "columns"_a,
+            nb::sig("def pencil(self, after_by: numpy.typing.NDArray[numpy.float64], "
+                    "gap_by: numpy.typing.NDArray[numpy.float64], "
+                    "tangents: numpy.typing.NDArray[numpy.float64], chosen: list[int], "
+                    "rows: numpy.typing.NDArray[numpy.float64], "
+                    "columns: numpy.typing.NDArray[numpy.float64]) "
+                    "-> numpy.typing.NDArray[numpy.float64]"));
+}
+
 } // namespace
 
 void bind_prescribed(nb::module_& m) {
@@ -125,6 +201,7 @@ void bind_prescribed(nb::module_& m) {
                 "rounding: float) -> tuple[numpy.typing.NDArray[numpy.int64], "
                 "numpy.typing.NDArray[numpy.float64]]"),
         "Zeros in [-1, 1] of Chebyshev series in rows, with the numbers of their series.");
+    bind_closing(m);
     nb::class_<prescribed>(m, "Prescribed")
         .def(
             "__init__",
@@ -140,7 +217,22 @@ void bind_prescribed(nb::module_& m) {
         .def("linearise", &linearise, "states"_a, "durations"_a, "stops"_a,
              nb::sig("def linearise(self, states: numpy.typing.NDArray[numpy.float64], "
                      "durations: numpy.typing.NDArray[numpy.float64], stops: list[int]) "
-                     "-> dict[str, typing.Any]"))
+                     "-> tuple[numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64], numpy.typing.NDArray[numpy.float64], "
+                     "numpy.typing.NDArray[numpy.float64]]"))
+        .def(
+            "slopes",
+            [](const prescribed& p, int stop, double phase) {
+                return to_numpy(p->slopes(stop, phase), {2 * p.degrees() + 1});
+            },
+            "stop"_a, "phase"_a,
+            nb::sig("def slopes(self, stop: int, phase: float) "
+                    "-> numpy.typing.NDArray[numpy.float64]"))
+        .def(
+            "solved_coordinate",
+            [](const prescribed& p, int stop) { return p->solved_coordinate(stop); }, "stop"_a)
         .def("second", &second, "states"_a, "durations"_a, "stops"_a, "directions"_a,
              "by_parameter"_a,
              nb::sig("def second(self, states: numpy.typing.NDArray[numpy.float64], "

@@ -16,9 +16,13 @@ import numpy as np
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.bifurcations.conditions import Condition
 from vibroimpact.bifurcations.equations import Equations, Pair
+from vibroimpact.branches.family import columns_of
 from vibroimpact.normal_forms.forms import Forms
 
 BOUND = "bound"
+BOUND_ROUNDED = (
+    1e-12  # a place on a bound may lie beyond it by so much, relative to half of the range
+)
 Bounds = tuple[float, float]
 Both = tuple[Bounds, Bounds]
 Tests = Callable[[Floats, Floats, Pair], Mapping[str, float]]
@@ -54,8 +58,8 @@ class Augmented:
 
     def parts(self, Z: Floats, p: float) -> tuple[Floats, Floats, Pair]:
         """(z, w, a) of the unknowns Z and the parameter."""
-        z, w, first = np.split(np.asarray(Z, dtype=float), self._parts)
-        return z, w, (float(first[0]), float(p))
+        d, end = self._parts
+        return Z[:d], Z[d:end], (float(Z[end]), float(p))
 
     def packed(self, z: Floats, w: Floats, a: Pair) -> Floats:
         """Unknowns Z."""
@@ -75,26 +79,26 @@ class Augmented:
         by_z, by_a = self.equations.by_both(z, a)
         if not (np.all(np.isfinite(by_z)) and np.all(np.isfinite(by_a))):
             return np.full((len(Z), len(Z)), np.nan), np.full(len(Z), np.nan)
-        more = self.condition.derivatives(z, w, a)
-        upper = np.hstack([by_z, np.zeros((len(z), len(w))), by_a])
-        whole = np.vstack([upper, np.hstack(more)])
+        by_own, by_w, by_both = self.condition.derivatives(z, w, a)
+        d, end = self._parts
+        whole = np.zeros((end + 1, end + 2))
+        whole[:d, :d], whole[:d, end:] = by_z, by_a
+        whole[d:, :d], whole[d:, d:end], whole[d:, end:] = by_own, by_w, by_both
         return whole[:, :-1], whole[:, -1]
 
     def scale(self) -> Floats:
         """Size of each unknown and of the parameter."""
         return self._sizes
 
-    def watch(self, Z: Floats, p: float) -> Mapping[str, float]:
+    def watch(self, Z: Floats, p: Floats) -> Mapping[str, Floats]:
         """Test functions."""
-        z, w, a = self.parts(Z, p)
+        parts = [self.parts(*at) for at in zip(Z, p.tolist(), strict=True)]
         low, high = self.bounds[0]
-        bound = (a[0] - low) * (high - a[0]) / (high - low) ** 2  # (1)
-        touches = {
-            name: value
-            for name, value in self.equations.touches(z, a).items()
-            if name not in self.silent
-        }
-        return {BOUND: bound, **self._tests(z, w, a), **touches}
+        first = Z[:, self._parts[1]]
+        bound = (first - low) * (high - first) / (high - low) ** 2  # (1)
+        touches = self.equations.touches(Z[:, : self._parts[0]], [a for *_, a in parts])
+        heard = {name: values for name, values in touches.items() if name not in self.silent}
+        return {BOUND: bound, **columns_of([self._tests(*at) for at in parts]), **heard}
 
     def orbit(self, Z: Floats, p: float) -> Any:
         """The orbit or fixed point."""
@@ -113,5 +117,8 @@ class Augmented:
 
 
 def is_inside(a: Pair, bounds: Both) -> bool:
-    """Whether both parameters are in their ranges."""
-    return all(low <= x <= high for x, (low, high) in zip(a, bounds, strict=True))
+    """Whether both parameters are in their ranges, to rounding: a curve that ends on a bound may end beyond it."""
+    return all(
+        abs(2.0 * x - low - high) <= (high - low) * (1.0 + BOUND_ROUNDED)
+        for x, (low, high) in zip(a, bounds, strict=True)
+    )

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from vibroimpact._core.pencils import ordered
+from vibroimpact._core.pencils import deflating
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.bifurcations.equations import Equations, Pair
@@ -39,6 +39,7 @@ from vibroimpact.branches.family import (
     SPEED,
     STICK,
     Parameters,
+    pairs_of,
     products_of_pairs,
     rests_of,
 )
@@ -134,7 +135,7 @@ class CriticalMultiplier:
     def derivatives(self, z: Floats, w: Floats, a: Pair) -> Derivatives:
         """Derivatives of (1)."""
         eq, d = self.equations, self.unknowns
-        second = eq.second(z, a, w * eq.sizes) / eq.rows[:, None]
+        second = eq.second(z, a, (w * eq.sizes)[None])[0] / eq.rows[:, None]
         by_w = np.vstack([self.matrix(z, a, self.multiplier), 2.0 * w])
         return Derivatives(
             np.vstack([second[:, :d], np.zeros((1, d))]), by_w,
@@ -147,10 +148,11 @@ class CriticalMultiplier:
 
 def critical_pair(multipliers: Complexes) -> tuple[int, int]:
     """Two multipliers whose product is nearest to 1."""
-    i, j = np.triu_indices(len(multipliers), 1)
+    i, j = pairs_of(len(multipliers))
     with np.errstate(invalid="ignore"):
         off = np.abs(multipliers[i] * multipliers[j] - 1.0)
-    nearest = int(np.nanargmin(off)) if np.any(np.isfinite(off)) else 0
+    off[np.isnan(off)] = np.inf
+    nearest = int(off.argmin())
     return int(i[nearest]), int(j[nearest])
 
 
@@ -161,11 +163,13 @@ class CriticalPair(_OneEquation):
 
     def __init__(self, equations: Equations) -> None:
         self.equations = equations
+        self._scaling = equations.sizes / equations.rows[:, None]
+        self._closing = equations.closing * self._scaling
 
     def tau(self, z: Floats, a: Pair, without: tuple[int, int] | None = None) -> float:
         """Return tau of (2), without one pair if it is named."""
         mu = self.equations.multipliers(z, a)
-        return products_of_pairs(mu, without) * self.equations.weight(z, a) ** (len(mu) - 1)
+        return float(products_of_pairs(mu, without)) * self.equations.weight(z, a) ** (len(mu) - 1)
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
         """Return tau."""
@@ -180,37 +184,28 @@ class CriticalPair(_OneEquation):
 
     def _of_product(self, z: Floats, a: Pair, pair: Complexes) -> Floats:
         """Derivative of det S of (3), shape (d + 2,)."""
-        eq = self.equations
-        scaling = eq.sizes / eq.rows[:, None]
-        closing = eq.closing * scaling
-        opened = eq.by_both(z, a)[0] * scaling + closing
-        right, s = _invariant(opened, closing, pair)
-        left, _ = _invariant(opened.T, closing.T, pair)
+        eq, closing = self.equations, self._closing
+        opened = eq.by_both(z, a)[0] * self._scaling + closing
+        if not np.isfinite(opened).all():
+            return np.full(len(z) + 2, np.nan)
+        found = deflating(opened, closing, lambda alpha, beta: _nearest(alpha, beta, pair))
+        s, right, left = np.linalg.solve(found.t, found.s), found.right, found.left
         back = np.linalg.solve(left.T @ closing @ right, left.T)
         adjugate = np.array([[s[1, 1], -s[0, 1]], [-s[1, 0], s[0, 0]]]) @ back
-        by_each = [eq.second(z, a, right[:, c] * eq.sizes) for c in (0, 1)]
-        gradient: Floats = sum(
-            row / eq.rows @ second for row, second in zip(adjugate, by_each, strict=True)
-        )
+        by_each = eq.second(z, a, right.T * eq.sizes)
+        gradient: Floats = np.tensordot(adjugate / eq.rows, by_each, axes=2)
         return gradient
 
 
-def _invariant(opened: Floats, closing: Floats, pair: Complexes) -> tuple[Floats, Floats]:
-    """V and S of the two eigenvalues of opened - mu closing nearest to a pair, both real."""
-    if not np.all(np.isfinite(opened)):
-        return np.full((len(opened), 2), np.nan), np.full((2, 2), np.nan)
-
-    def nearest(alpha: Complexes, beta: Floats) -> Flags:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            values = alpha / beta
-        off = np.minimum(np.abs(values - pair[0]), np.abs(values - pair[1]))
-        off[~np.isfinite(off)] = np.inf
-        chosen = np.zeros(len(off), dtype=bool)
-        chosen[np.argsort(off, kind="stable")[:2]] = True
-        return chosen
-
-    first, second, z = ordered(opened, closing, nearest)
-    return z[:, :2], np.asarray(np.linalg.solve(second[:2, :2], first[:2, :2]), dtype=float)
+def _nearest(alpha: Complexes, beta: Floats, pair: Complexes) -> Flags:
+    """Which two of the eigenvalues alpha / beta are nearest to a pair."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        values = alpha / beta
+    off = np.minimum(np.abs(values - pair[0]), np.abs(values - pair[1]))
+    off[~np.isfinite(off)] = np.inf
+    chosen = np.zeros(len(off), dtype=bool)
+    chosen[np.argsort(off, kind="stable")[:2]] = True
+    return chosen
 
 
 # ---- GR ------------------------------------------------------------------------------------------
@@ -279,7 +274,7 @@ class ClosingRate(_OneEquation):
         along = np.zeros((len(plane.impacts), plane.size + 1))
         along[:, -1] = 1.0
         row = self.segment * (plane.size + 1) + plane.size  # of this segment's gap
-        gradient: Floats = plane.second(z, a, along.ravel())[row]
+        gradient: Floats = plane.second(z, a, along.reshape(1, -1))[0, row]
         return gradient
 
 

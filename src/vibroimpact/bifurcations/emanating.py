@@ -57,7 +57,7 @@ class Slice:
         """Sizes of the unknowns and of the parameter."""
         return self._sizes
 
-    def watch(self, _z: Floats, _p: float) -> dict[str, float]:
+    def watch(self, _z: Floats, _p: Floats) -> dict[str, Floats]:
         """Return no test functions: the continuation finds folds itself."""
         return {}
 

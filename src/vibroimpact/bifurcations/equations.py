@@ -12,7 +12,7 @@ the finite eigenvalues of a pencil, also where the map itself is not smooth beca
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 from vibroimpact._core.types import Complexes, Floats
@@ -54,7 +54,7 @@ class Equations(Protocol):
         ...
 
     def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
-        """Derivatives of F_z v by z and, last, by both parameters, shape (d, d + 2)."""
+        """Derivatives of F_z v by z and by both parameters, shape (r, d, d + 2), for r directions v in rows."""
         ...
 
     def multipliers(self, z: Floats, a: Pair) -> Complexes:
@@ -81,8 +81,8 @@ class Equations(Protocol):
         """Unknowns of :meth:`repeated` from z and the change of each iterate, shape (times, d)."""
         ...
 
-    def touches(self, z: Floats, a: Pair, /) -> Mapping[str, float]:
-        """Test functions for touches of an orbit, whatever the kind of the curve."""
+    def touches(self, z: Floats, a: Sequence[Pair], /) -> Mapping[str, Floats]:
+        """Test functions for touches of orbits, shape (k, d), whatever the kind of the curve."""
         ...
 
     def solution(self, z: Floats, a: Pair) -> Any:

@@ -351,7 +351,7 @@ def _tangency(here: _At, own: Floats, of_touch: Floats, along: int) -> Meeting |
     left, _, right = np.linalg.svd(fold.matrix(z, a, 1.0))
     v, w = right[-1], left[:, -1] / plane.rows
     by_a = plane.by_both(z, a)[1]
-    curvature = float(w @ plane.second(z, a, v * sizes)[:, :d] @ (v * sizes))
+    curvature = float(w @ plane.second(z, a, (v * sizes)[None])[0, :, :d] @ (v * sizes))
     opened = -curvature / (2.0 * float(w @ by_a[:, 1 - along]))
     touch, curve = (float((r - of_fold)[:d] / sizes @ v) for r in (of_touch, own))
     rate = float(row[:d] @ (v * sizes))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,9 +47,10 @@ class MapPlane:
         return by_z, by_a[:, 0]
 
     def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
-        """Derivatives of F_z v by z and by both parameters, shape (d, d + 2)."""
+        """Derivatives of F_z v by z and by both parameters, shape (r, d, d + 2), for r directions v in rows."""
         units = np.eye(len(z) + 2)
-        return np.column_stack([self.map.derivative(z, a, v, unit) for unit in units])
+        columns = [[self.map.derivative(z, a, one, unit) for unit in units] for one in v]
+        return np.array(columns).transpose(0, 2, 1)
 
     def multipliers(self, z: Floats, a: Pair) -> Complexes:
         """Multipliers, largest modulus first."""
@@ -80,7 +81,7 @@ class MapPlane:
         first: Floats = z + changes[0]
         return first
 
-    def touches(self, _z: Floats, _a: Pair, /) -> Mapping[str, float]:
+    def touches(self, _z: Floats, _a: Sequence[Pair], /) -> Mapping[str, Floats]:
         """Return nothing: a map has no stops that an orbit could touch."""
         return {}
 

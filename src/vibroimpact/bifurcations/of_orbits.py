@@ -100,38 +100,47 @@ class OrbitPlane(OrbitFamily):
         return self.jacobian(z, a)
 
     def second(self, z: Floats, a: Pair, v: Floats) -> Floats:
-        """Derivatives of F_z v by z and by both parameters, shape (d, d + 2)."""
-        m, q = len(self.impacts), self.size
+        """Derivatives of F_z v by z and by both parameters, shape (r, d, d + 2), for r directions v in rows."""
+        m, q, n, r = len(self.impacts), self.size, 2 * self.degrees + 1, len(v)
         states, durations = self.unpacked(z)
-        moved, times = self.unpacked(v)
-        along = np.column_stack([moved, times])
-        after, gap = self.compiled(a).second(states, durations, self.ends, along)
-        other, other_gap = self.by_second(a).second(
-            states, durations, self.ends, along, by_parameter=True
+        rows = v.reshape(r, m, q + 1).transpose(1, 0, 2)
+        # those of one segment side by side, as its flight is the same
+        along = np.zeros((m, r, n + 1))
+        along[:, :, self.kept], along[:, :, -1] = rows[:, :, :-1], rows[:, :, -1]
+        segments = (
+            states.repeat(r, axis=0),
+            durations.repeat(r),
+            [end for end in self.ends for _ in v],
         )
-        after, other = after[:, self.kept], other[:, self.kept]
-        columns = [*self.kept, 2 * self.degrees + 1]
-        ks = np.arange(m)
-        whole = np.zeros((m, q + 1, m * (q + 1) + 2))
-        blocks = whole[:, :, :-2].reshape(m, q + 1, m, q + 1)
-        blocks[ks, :q, ks] = after[:, :, columns]
-        blocks[ks, q, ks] = gap[:, columns]
-        whole[:, :, :-2] = blocks.reshape(m, q + 1, m * (q + 1))
-        whole[:, :q, -2], whole[:, q, -2] = after[:, :, -1], gap[:, -1]
-        whole[:, :q, -1], whole[:, q, -1] = other[:, :, -1], other_gap[:, -1]
+        after, gap = self.compiled(a).second(*segments, along.reshape(m * r, -1))
+        other, other_gap = self.by_second(a).second(
+            *segments, along.reshape(m * r, -1), by_parameter=True
+        )
+        columns = [*self.kept, n, n + 1]
+        # of state and gap, by the own unknowns and both parameters
+        both = np.empty((m, r, q + 1, q + 3))
+        both[:, :, :q, :-1] = after.reshape(m, r, n, n + 2)[:, :, self.kept][..., columns]
+        both[:, :, q, :-1] = gap.reshape(m, r, n + 2)[..., columns]
+        both[:, :, :q, -1] = other.reshape(m, r, n)[:, :, self.kept]
+        both[:, :, q, -1] = other_gap.reshape(m, r)
         if self.pivots:
-            whole[-1, :q] = self.relative @ whole[-1, :q]
+            both[-1, :, :q] = self.relative @ both[-1, :, :q]
+        whole = np.zeros((r, m, q + 1, m * (q + 1) + 2))
+        for k, part in enumerate(both):
+            whole[:, k, :, k * (q + 1) : (k + 1) * (q + 1)] = part[..., :-2]
+            whole[:, k, :, -2:] = part[..., -2:]
         if self.held.entries:
-            whole[-1, self.held.entries] = 0.0
-            self._bend(whole[-1], states[:1], moved[:1], a)
-        return whole.reshape(m * (q + 1), -1)
+            whole[:, -1, self.held.entries] = 0.0
+            for last, moved in zip(whole[:, -1], along[0, :, :-1], strict=True):
+                self._bend(last, states[:1], moved, a)
+        return whole.reshape(r, m * (q + 1), -1)
 
     def _bend(self, last: Floats, state: Floats, moved: Floats, a: Pair) -> None:
         """Add the second derivatives of what is held to those of the last equations, shape (q + 1, d + 2)."""
         ends, _, entries = self.held
         count, q = len(ends), self.size
         here, times = np.repeat(state, count, axis=0), np.zeros(count)
-        along = np.repeat(np.append(moved[0], 0.0)[None], count, axis=0)
+        along = np.repeat(np.append(moved, 0.0)[None], count, axis=0)
         by_each = self.compiled(a).second(here, times, ends, along)[1]
         by_other = self.by_second(a).second(here, times, ends, along, by_parameter=True)[1]
         rows = entries[:count]

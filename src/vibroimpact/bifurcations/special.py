@@ -127,7 +127,7 @@ def _touched(problem: Augmented, point: LocatedPoint) -> _Fields:
 
 def _vanishes_too(problem: Augmented, curve: Curve, point: LocatedPoint) -> bool:
     """Whether an impact does not move the gap there, of which the change of side is a consequence."""
-    value = problem.watch(point.z, point.parameter)[PUSH]
+    value = float(problem.watch(point.z[None], np.array([point.parameter]))[PUSH][0])
     return abs(value) <= TOUCH_RATE * float(np.nanmax(np.abs(curve.tests[PUSH])))
 
 

@@ -113,7 +113,9 @@ class AtMultiplier:
     def _cusp(self, z: Floats, w: Floats, a: Pair) -> float:
         eq = self.equations
         v = w * eq.sizes
-        return self._bordered(z, w, a, eq.second(z, a, v)[:, : len(v)] @ v / eq.rows)  # (1)
+        return self._bordered(
+            z, w, a, eq.second(z, a, v[None])[0, :, : len(v)] @ v / eq.rows
+        )  # (1)
 
     def _bordered(self, z: Floats, w: Floats, a: Pair, column: Floats) -> float:
         matrix = self.condition.matrix(z, a, self.condition.multiplier)

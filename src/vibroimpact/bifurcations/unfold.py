@@ -79,7 +79,8 @@ def centre(equations: Equations, z: Floats, a: Pair, near: complex) -> Centre:
     v = v * (abs(largest) / largest / np.linalg.norm(q))
     moves = np.linalg.solve(by_z * scaling, -by_a / equations.rows[:, None])
     drift = np.asarray(moves, dtype=float) * equations.sizes[:, None]
-    second = equations.second(z, a, v.real) + 1j * equations.second(z, a, v.imag)
+    real, imaginary = equations.second(z, a, np.array([v.real, v.imag]))
+    second = real + 1j * imaginary
     by_v, d = second[:, : len(z)], len(z)
     slopes = w.conj() @ (by_v @ drift + second[:, d:]) / (w.conj() @ equations.closing @ v)  # (1)
 

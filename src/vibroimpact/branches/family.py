@@ -27,20 +27,22 @@ Reference   theory.md, "Branches"; Kuznetsov, Elements of Applied Bifurcation Th
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Complexes, Floats
+from vibroimpact._core.types import Complexes, Floats, Integers
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.piecewise import state_in
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
     FORCE_WATCH,
     GAP_WATCH,
+    End,
     Linearised,
 )
 from vibroimpact.continuation.problem import Image
@@ -50,10 +52,11 @@ from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import Guess, later, rolled, with_image
 from vibroimpact.orbits.maps import SegmentMap, map_of
-from vibroimpact.orbits.multipliers import Pencil, PencilOf, with_structural
+from vibroimpact.orbits.multipliers import Pencil, PencilOf, eigenvalues_of, with_structural
 from vibroimpact.orbits.newton import CONVERGED_RELATIVE, FOUND, guard_sizes, rows_of, scale_of
 from vibroimpact.orbits.orbit import Orbit, know
 from vibroimpact.orbits.problem import (
+    KEPT_EVALUATIONS,
     OrbitProblem,
     Signature,
     Value,
@@ -67,6 +70,7 @@ from vibroimpact.results.tree import Missing
 
 ROUNDING_OF_PAIRS = 1e-3  # (3) of a motion without loss is smaller: rounding, whose square root a double one moves by
 SATURATION_OF_FASTEST = 0.05  # rho_ref has this ratio to the fastest event at the start
+KEPT_NUMBERS = 1_000_000  # Jacobians of so many numbers in all are kept, for the orbits at the points of a branch
 FLIP, TORUS, SPEED, FLIGHT, STICK = "flip", "torus", "speed", "flight", "stick"
 REST, CHATTER = "rest", "chatter"
 PROGRESS, EXTREMUM = "progress", "extremum"
@@ -83,6 +87,30 @@ class Parameters(dict[str, Any]):
     def __missing__(self, name: str) -> float:
         """Value of a parameter that is not followed."""
         return parameter_value(self._system, name)
+
+
+class _Evaluation:
+    """What is known of a point of the curve, each once it was asked for."""
+
+    def __init__(self, family: OrbitFamily, z: Floats, p: Value) -> None:
+        self.family, self.z, self.p = family, z, p
+
+    @cached_property
+    def segments(self) -> Linearised:
+        return OrbitProblem.linearised(self.family, self.z, self.p)
+
+    @cached_property
+    def equations(self) -> tuple[Floats, Floats]:
+        return OrbitProblem.expanded(self.family, self.z, self.p)
+
+    @cached_property
+    def pencil(self) -> Pencil:
+        return self.family.pencils.at(self.family.compiled(self.p), self.segments)
+
+    @cached_property
+    def multipliers(self) -> Complexes:
+        (found,) = self.family.multipliers_of([self.pencil])
+        return np.asarray(found)
 
 
 class OrbitFamily(OrbitProblem):
@@ -113,15 +141,15 @@ class OrbitFamily(OrbitProblem):
         self._sizes = sizes
         self.common_sizes = sizes[:-1]
         self.rows = rows_of(self, sizes[:-1])
-        self._kept_segments: dict[tuple[bytes, Value], Linearised] = {}
+        self._kept: dict[tuple[bytes, Value], _Evaluation] = {}
+        self._most = max(KEPT_EVALUATIONS, KEPT_NUMBERS // len(sizes) ** 2)
         self._orbits: dict[tuple[bytes, Value], Orbit] = {}
         self.refused = ""  # reason if the system could not be built
         self._reference = 0.0
         self._rate = 2.0 * self.own.rate
-        self._pencils = PencilOf(self, sizes)
+        self.pencils = PencilOf(self, sizes)
         self._cycles = least_cycles(self.mechanism)
         self._rates = guard_sizes(self, sizes) / sizes[self.size]
-        self._multipliers: dict[tuple[bytes, Value], Complexes] = {}
         self.at_once: frozenset[int] = frozenset()  # segments that take no time in all orbits
 
     @classmethod
@@ -149,8 +177,15 @@ class OrbitFamily(OrbitProblem):
 
     def linearised(self, z: Floats, p: Value) -> Linearised:
         """Every segment with its derivatives; the latest ones are kept."""
-        key = np.asarray(z).tobytes(), p
-        return latest(self._kept_segments, key, lambda _: OrbitProblem.linearised(self, z, p))
+        return self._at(z, p).segments
+
+    def _at(self, z: Floats, p: Value) -> _Evaluation:
+        """What is known at a point; the latest ones are kept."""
+        return latest(self._kept, (z.tobytes(), p), lambda _: _Evaluation(self, z, p), self._most)
+
+    def expanded(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
+        """Residual and derivatives of :class:`OrbitProblem`; the latest ones are kept."""
+        return self._at(z, p).equations
 
     def residual(self, z: Floats, p: Value) -> Floats:
         """Residual of :class:`OrbitProblem`; NaN beyond the range of the parameter or of time."""
@@ -230,8 +265,7 @@ class OrbitFamily(OrbitProblem):
         for kept in (
             self._systems,
             self._compiled,
-            self._kept_segments,
-            self._multipliers,
+            self._kept,
             self._orbits,
         ):
             kept.clear()
@@ -269,61 +303,77 @@ class OrbitFamily(OrbitProblem):
 
     def multipliers(self, z: Floats, p: Value) -> Complexes:
         """Multipliers of the solved map, largest modulus first; the latest ones are kept."""
-        key = z.tobytes(), p
-        return latest(
-            self._multipliers,
-            key,
-            lambda _: with_structural(self.pencil(z, p).eigenvalues(), self.held),
-        )
+        return self._at(z, p).multipliers
 
-    def watch(self, z: Floats, p: Value) -> dict[str, float]:
+    def watch(self, z: Floats, p: Floats) -> dict[str, Floats]:
         """Test functions (2)-(4)."""
-        pencil, saturated = self.pencil(z, p), self._saturated(self._closing_rates(z, p))
-        pairs = products_of_pairs(self.multipliers(z, p))
-        if abs(pairs) <= ROUNDING_OF_PAIRS and lossless(self.compiled(p).mechanism, self.signature):
-            pairs = math.nan
+        at = [self._at(*point) for point in zip(z, p.tolist(), strict=True)]
+        pencils, rates = [one.pencil for one in at], self._closing_rates(at)
+        saturated = self._saturated(rates)
+        for one, multipliers in zip(at, self.multipliers_of(pencils), strict=True):
+            vars(one)["multipliers"] = multipliers
+        flips = np.linalg.det(np.array([one.a + one.b for one in pencils]))
+        pairs = products_of_pairs(np.array([one.multipliers for one in at]))
+        for k in np.flatnonzero(np.abs(pairs) <= ROUNDING_OF_PAIRS):
+            if lossless(self.compiled(at[k].p).mechanism, self.signature):
+                pairs[k] = math.nan
+        weights = (rates / saturated).prod(axis=1)
         watched = {
-            FLIP: pencil.determinant(-1.0) / float(np.prod(saturated)),
-            TORUS: self.weight(z, p) ** (pencil.finite - 1) * pairs,
+            FLIP: flips / saturated.prod(axis=1),
+            TORUS: weights ** (pencils[0].finite - 1) * pairs,
         }
-        return watched | self.touches(z, p)
+        return watched | self.touches(z, p.tolist())
+
+    def multipliers_of(self, pencils: Sequence[Pencil]) -> Complexes:
+        """Multipliers of the solved map from its pencils, in rows."""
+        return with_structural(eigenvalues_of(pencils), self.held)
 
     def pencil(self, z: Floats, p: Value) -> Pencil:
         """Pencil of the multipliers of the solved map."""
-        return self._pencils.at(self.compiled(p), self.linearised(z, p))
+        return self._at(z, p).pencil
 
     def weight(self, z: Floats, p: Value) -> float:
         """Product (1): zero where a multiplier is infinite."""
-        rates = self._closing_rates(z, p)
-        return float(np.prod(rates / self._saturated(rates)))
+        rates = self._closing_rates([self._at(z, p)])
+        return float((rates / self._saturated(rates)).prod())
 
-    def _closing_rates(self, z: Floats, p: Value) -> Floats:
-        """Rates rho_k of (1)."""
-        rates: Floats = self.linearised(z, p).rate / self._rates
+    def _closing_rates(self, at: Sequence[_Evaluation]) -> Floats:
+        """Rates rho_k of (1), in rows."""
+        rates: Floats = np.array([one.segments.rate for one in at]) / self._rates
         return rates
 
     def _saturated(self, rates: Floats) -> Floats:
         """Denominators of (1)."""
         self._reference = (
             self._reference
-            or SATURATION_OF_FASTEST * float(np.abs(rates).max())
+            or SATURATION_OF_FASTEST * float(np.abs(rates[0]).max())
             or SATURATION_OF_FASTEST
         )
         denominators: Floats = np.sqrt(rates**2 + self._reference**2)
         return denominators
 
-    def touches(self, z: Floats, p: Value) -> dict[str, float]:
+    def touches(self, z: Floats, p: Sequence[Value]) -> dict[str, Floats]:
         """Test functions (4): closing rates, flight times, accelerations."""
-        rates, durations = self.linearised(z, p).rate, self.unpacked(z)[1]
-        watched = {f"{SPEED} {k}": float(rate) for k, rate in enumerate(rates)}
-        rests = rests_of(self.mechanism, self.signature)
+        at = [self._at(*point) for point in zip(z, p, strict=True)]
+        rates = np.array([one.segments.rate for one in at])
+        durations = z[:, self.size :: self.size + 1].T
+        watched = {f"{SPEED} {k}": rate for k, rate in enumerate(rates.T)}
         watched |= {
-            f"{rests.get(k, FLIGHT)} {k}": float(t)
+            f"{self._rests.get(k, FLIGHT)} {k}": t
             for k, t in enumerate(durations)
             if k not in self.at_once
         }
-        watched |= self._sticking(z, p) | self._reversing(z, p) | self._events(z, p)
-        return watched | self._advancing(z, p) if self.pivots else watched
+        return watched | columns_of([self._more(one.z, one.p) for one in at])
+
+    @cached_property
+    def _rests(self) -> dict[int, str]:
+        """Flights of rest, by their numbers."""
+        return rests_of(self.mechanism, self.signature)
+
+    def _more(self, z: Floats, p: Value) -> dict[str, float]:
+        """Test functions (4) that not every orbit has, and (5)."""
+        found = self._sticking(z, p) | self._reversing(z, p) | self._events(z, p)
+        return found | self._advancing(z, p) if self.pivots else found
 
     def _advancing(self, z: Floats, p: Value) -> dict[str, float]:
         """Progress, and (5)."""
@@ -357,24 +407,27 @@ class OrbitFamily(OrbitProblem):
         """Half map of a symmetric orbit, full map of others, with the (first) parameter."""
         return map_of(self, self.compiled(p), self.states_at(z, p), self.unpacked(z)[1])
 
+    @cached_property
+    def _struck_before(self) -> list[tuple[int, End]]:
+        """Numbers of the segments that an impact at a rigid stop begins, and the ends of the flights before them."""
+        rigid, ends = len(self.mechanism.rigid_stops), self.ends
+        before = (self.signature.first, *ends[:-1])
+        return [
+            (k, end)
+            for k, end in enumerate(before)
+            if end.watch == GAP_WATCH and 0 <= end.contact < rigid
+        ]
+
     def _sticking(self, z: Floats, p: Value) -> dict[str, float]:
         """Accelerations (4) of the gaps that open from rest: plastic impacts only."""
-        begun = self.signature.impacts[: len(self.impacts)]
         compiled = self.compiled(p)
-        contacts = compiled.mechanism.rigid_stops
-        plastic = [
-            k
-            for k, (stop, watch) in enumerate(zip(begun, self.signature.begun, strict=False))
-            if watch == GAP_WATCH
-            and stop.contact < len(contacts)
-            and stop.restitution(contacts) == 0.0
-        ]
+        plastic = [k for k, end in self._struck_before if compiled.restitution(end) == 0.0]
         if not plastic:
             return {}
         states, _ = self.unpacked(z)
         found = {}
         for k in plastic:
-            contact, side = begun[k]
+            contact, side = self.signature.impacts[k]
             mode = compiled.modes[self.modes[k]]
             y = compiled.embedded(states[k, :-1], states[k, -1])
             guard = next(guard for guard in mode.guards if guard.contact == contact)
@@ -435,11 +488,22 @@ def lossless(m: Mechanism, signature: Signature) -> bool:
     return (unmet or all(e.conserves for e in m.elements)) and linear.largest(m.damping) == 0.0
 
 
-def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None) -> float:
-    """Product of (3), without one pair if it is named; NaN where a multiplier is infinite."""
-    i, j = np.triu_indices(len(values), 1)
-    factors = 1.0 - values[i] * values[j]
+@cache
+def pairs_of(count: int) -> tuple[Integers, Integers]:
+    """First and second numbers of all pairs among so many."""
+    return np.triu_indices(count, 1)
+
+
+def products_of_pairs(values: Complexes, without: tuple[int, int] | None = None) -> Floats:
+    """Products of (3) of multipliers in rows, without one pair if it is named; NaN where one is infinite."""
+    i, j = pairs_of(values.shape[-1])
+    factors = 1.0 - values[..., i] * values[..., j]
     if without:
-        factors = factors[(i != min(without)) | (j != max(without))]
-    product = complex(np.prod(factors))
-    return product.real if math.isfinite(product.real) else math.nan
+        factors = factors[..., (i != min(without)) | (j != max(without))]
+    products = factors.prod(axis=-1).real
+    return np.where(np.isfinite(products), products, math.nan)
+
+
+def columns_of(rows: Sequence[Mapping[str, float]]) -> dict[str, Floats]:
+    """Values by name of some points as arrays; NaN where a point has no such value."""
+    return {name: np.array([row.get(name, math.nan) for row in rows]) for name in rows[0]}

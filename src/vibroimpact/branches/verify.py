@@ -39,7 +39,7 @@ def why_none(family: OrbitFamily, curve: Curve, point: LocatedPoint, orbit: Orbi
         return _not_critical(orbit, -1.0)
     if point.test == TORUS:
         return _no_pair(orbit)
-    value = family.watch(point.z, point.parameter)[point.test]
+    value = float(family.watch(point.z[None], np.array([point.parameter]))[point.test][0])
     size = float(np.nanmax(np.abs(curve.tests[point.test])))
     return (
         ""

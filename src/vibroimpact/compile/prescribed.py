@@ -58,6 +58,7 @@ PLACE_WATCH, SPEED_WATCH = -5, -6
 PHASE = -1  # in place of a contact or element, where a flight ends at a phase
 # A contact that its impulse moves less, relative to its mobility alone, is held by those that are closed.
 HELD_OF_MOBILITY = 2.0**-40
+WHOLE_END = 4  # fields of an End, of which the last may be left out
 
 
 class End(NamedTuple):
@@ -206,6 +207,11 @@ class Layout:
             place = found[-1][-1] + len(self.light) * self.width
         return found
 
+    def restitution_of(self, stop: int) -> int:
+        """Place among the numbers of the restitution of a stop."""
+        d = self.width
+        return 1 + len(self.codes) * d * (d + 1) + stop * (3 * d + 2) + 2 * d + 1
+
     @property
     def of_kernel(self) -> int:
         """How many of the numbers the kernel takes."""
@@ -345,7 +351,8 @@ class Prescribed:
 
     def stop_numbers(self, ends: Iterable[tuple[int, ...]]) -> list[int]:
         """Numbers of ends of flights, or of stops of a machine in mode 0, in the kernel."""
-        return [self.ends[End(*end)] for end in ends]
+        known = self.ends
+        return [known[end if len(end) == WHOLE_END else End(*end)] for end in ends]  # type: ignore[index]
 
     def linearise(
         self, states: ArrayLike, durations: ArrayLike, ends: Iterable[tuple[int, ...]]
@@ -354,7 +361,7 @@ class Prescribed:
         out = self.kernel.linearise(
             _contiguous(states), _contiguous(durations), self.stop_numbers(ends)
         )
-        return Linearised(**out)
+        return Linearised(*out)
 
     def second(
         self,
@@ -444,19 +451,16 @@ class Prescribed:
 
     def impulse(self, end: tuple[int, ...]) -> Floats:
         """Change of y by the impact at the end of a flight that changes the rate of its gap by one; zero for others."""
-        modes, d = len(self.layout.codes), self.layout.width
-        first = 1 + modes * d * (d + 1) + self.ends[End(*end)] * (3 * d + 2) + d + 1
-        return self.values[0, first : first + d]
+        restitution = self.layout.restitution_of(self.ends[End(*end)])
+        return self.values[0, restitution - self.layout.width : restitution]
+
+    def restitution(self, end: tuple[int, ...]) -> float:
+        """Restitution of the impact that ends a flight; 0 where nothing is struck."""
+        return float(self.values[0, self.layout.restitution_of(self.ends[End(*end)])])
 
     def slopes(self, end: tuple[int, ...], state: Floats) -> Floats:
         """Derivatives of a guard by zeta at a state, shape (2n + 1,)."""
-        row, n = self.guard(end).row, self.degrees
-        out = np.zeros(self.size)
-        out[:n], out[n : 2 * n] = row[0 : 2 * n : 2], row[1 : 2 * n : 2] / self.scale
-        turns, waves = self.ratios, row[2 * n :].reshape(-1, 2)
-        theta = turns * state[-1]
-        out[-1] = turns @ (waves[:, 0] * np.cos(theta) - waves[:, 1] * np.sin(theta))
-        return out
+        return self.kernel.slopes(self.ends[End(*end)], float(state[-1]))
 
     def solved_coordinate(self, end: tuple[int, ...]) -> int:
         """Position, or velocity, that the section of a guard leaves out: its row's last largest.
@@ -464,13 +468,7 @@ class Prescribed:
         The phase, where the guard depends on nothing else. NONE_LEFT_OUT where a reset follows, after which the
         guard is left: the section is then all of space, and the map has a multiplier 0 more, along the flow.
         """
-        if self.layout.stops[self.ends[End(*end)]][2] >= 0:
-            return NONE_LEFT_OUT
-        row, n = np.abs(self.guard(end).row), self.degrees
-        both = np.concatenate([row[0 : 2 * n : 2], row[1 : 2 * n : 2]])
-        if not both.any():
-            return 2 * n
-        return int(len(both) - 1 - np.argmax(both[::-1]))
+        return self.kernel.solved_coordinate(self.ends[End(*end)])
 
     def embedded(self, x_and_v: Floats, theta: Floats) -> Floats:
         """Coordinates y, shape (..., D), of (x, v) (..., 2n) at phases (...).

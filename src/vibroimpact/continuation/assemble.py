@@ -12,7 +12,7 @@ import numpy as np
 from vibroimpact._core.types import Floats
 from vibroimpact.continuation.curve import Curve, End, LocatedPoint, Stopped, Unresolved
 from vibroimpact.continuation.expansion import Expansion, positions
-from vibroimpact.continuation.newton import Node, determinant, largest_of
+from vibroimpact.continuation.newton import Node, determinants, largest_of
 from vibroimpact.continuation.panel import BRANCH_POINT, BUILT_IN, FOLD, Panel
 from vibroimpact.continuation.problem import Scaled
 from vibroimpact.continuation.special import LocatedZero
@@ -38,7 +38,8 @@ def assemble(problem: Scaled, forward: Walk, backward: Walk | None) -> Curve:
     if backward is not None and forward.stretches and backward.stretches:
         _drop_start(backward)
     walks = [(forward, 1)] + ([] if backward is None else [(backward, -1)])
-    start = _Point(forward.start, 1, 0.0, 0, problem.watched(forward.start.y))
+    watched = problem.watched(forward.start.y[None])
+    start = _Point(forward.start, 1, 0.0, 0, {name: float(f[0]) for name, f in watched.items()})
     before = [] if backward is None else list(_points(backward, -1))
     points = [*reversed(before), start, *_points(forward, 1)]
     special = [point for walk, sense in walks for point in _special(problem, walk, sense)]
@@ -129,7 +130,8 @@ def _tests(problem: Scaled, points: list[_Point]) -> dict[str, Floats]:
 
 
 def _mean_singular_values(points: list[_Point]) -> Floats:
-    found = [determinant(point.node, point.sense * point.node.tangent) for point in points]
+    rows = [point.sense * point.node.tangent for point in points]
+    found = determinants([point.node for point in points], rows)
     reference, count = largest_of(found), len(points[0].node.y)
     return np.array([at.over(reference, count) for at in found])
 

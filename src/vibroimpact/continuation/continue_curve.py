@@ -104,7 +104,7 @@ def continue_curve(
 
 
 def _check_names(problem: Scaled, start: Node, terminal: Collection[str]) -> None:
-    names = problem.watched(start.y).keys()
+    names = problem.watched(start.y[None]).keys()
     taken = sorted(names & set(BUILT_IN))
     if taken:
         raise InvalidParameterError(f"watch() gives {taken}: these names are built in.")

@@ -88,14 +88,13 @@ def _iterated(
     previous, outside = np.inf, 0
     for count in range(MOST_STEPS):
         residual, jacobian = problem.linearised(y)
-        if not (np.all(np.isfinite(residual)) and np.all(np.isfinite(jacobian))):
+        if not (np.isfinite(residual).all() and np.isfinite(jacobian).all()):
             return Attempt(NewtonStatus.NOT_FINITE, y)
         solved = _solve(jacobian, residual, row, target - float(row @ y))
         if solved is None:
             return Attempt(NewtonStatus.SINGULAR, y)
         step, direction = solved
-        size = float(np.linalg.norm(step))
-        length = float(np.linalg.norm(y))
+        size, length = math.sqrt(step @ step), math.sqrt(y @ y)
         done = _finished(size, previous, tolerance, length)
         if not done and count == MOST_STEPS - 1:
             done = size <= STALLED_STEP and relative(residual, jacobian) <= EPS * length
@@ -129,15 +128,15 @@ def _solve(
     jacobian: Floats, residual: Floats, row: Floats, missing: float
 ) -> tuple[Floats, Floats] | None:
     """Step (1) and direction (2); None where the matrix is singular."""
-    right = np.zeros((len(row), 2))
+    from scipy.linalg.lapack import dgesv  # numpy's function takes longer for its checks
+
     rows, lengths = equilibrated(jacobian)
+    matrix, right = np.empty((len(row), len(row))), np.zeros((len(row), 2))
+    matrix[:-1], matrix[-1] = rows, row
     right[:-1, 0] = -residual / lengths
     right[-1] = missing, 1.0
-    try:
-        both = np.asarray(np.linalg.solve(np.vstack([rows, row]), right), dtype=float)
-    except np.linalg.LinAlgError:
-        return None
-    return (both[:, 0], both[:, 1]) if np.all(np.isfinite(both)) else None
+    _, _, both, info = dgesv(matrix, right)
+    return (both[:, 0], both[:, 1]) if info == 0 and np.isfinite(both).all() else None
 
 
 def _finished(size: float, previous: float, tolerance: float, length: float) -> bool:
@@ -161,15 +160,17 @@ class Determinant(NamedTuple):
         return self.log - other.log + (self.exponent - other.exponent) * math.log(2.0)
 
 
-def determinant(node: Node, row: Floats) -> Determinant:
-    """Determinant of [J; row], which changes its sign at a simple branch point.
+def determinants(nodes: Sequence[Node], rows: Sequence[Floats]) -> list[Determinant]:
+    """Determinants of [J; row] of nodes, each of which changes its sign at a simple branch point.
 
     The units of F are in the exponent alone: rows of J are divided by powers of two near their sizes.
     """
-    exponents = np.frexp(np.abs(node.jacobian).max(axis=1))[1]
-    rows = np.ldexp(node.jacobian, -exponents[:, None])
-    sign, log = np.linalg.slogdet(np.vstack([rows, row]))
-    return Determinant(float(sign), float(log), int(exponents.sum()))
+    jacobians = np.array([node.jacobian for node in nodes])
+    exponents = np.frexp(np.abs(jacobians).max(axis=2))[1]
+    scaled = np.ldexp(jacobians, -exponents[:, :, None])
+    signs, logs = np.linalg.slogdet(np.concatenate([scaled, np.array(rows)[:, None]], axis=1))
+    sums = exponents.sum(axis=1).tolist()
+    return [Determinant(*at) for at in zip(signs.tolist(), logs.tolist(), sums, strict=True)]
 
 
 def largest_of(found: Sequence[Determinant]) -> Determinant:

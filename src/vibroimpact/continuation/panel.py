@@ -20,7 +20,7 @@ Reference   [trefethen2013] ch. 8 for (2); [kuznetsov2004] sec. 10.2 for (3)
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -33,7 +33,7 @@ from vibroimpact.continuation.newton import (
     NewtonStatus,
     Node,
     correct,
-    determinant,
+    determinants,
     largest_of,
 )
 from vibroimpact.continuation.problem import Scaled
@@ -88,7 +88,7 @@ class Panel:
 
     def determinant(self, node: Node) -> float:
         """The branch-point function (3) at a node."""
-        return determinant(node, self.row).over(self.reference)
+        return determinants([node], [self.row])[0].over(self.reference)
 
 
 @dataclass(frozen=True)
@@ -193,16 +193,10 @@ def _with_tests(
 ) -> Panel | Failure:
     """Evaluate the test functions at the nodes, and check (2) for them."""
     row = traced.nodes[0].direction
-    determinants = [determinant(node, row) for node in traced.nodes]
-    reference = largest_of(determinants)
-    values = [
-        test_values(problem, node, own.over(reference))
-        for node, own in zip(traced.nodes, determinants, strict=True)
-    ]
-    tests = {
-        name: Expansion(0.0, curve.high, np.array([at.get(name, math.nan) for at in values]))
-        for name in values[0]
-    }
+    found = determinants(traced.nodes, [row] * len(traced.nodes))
+    reference = largest_of(found)
+    values = test_values(problem, traced.nodes, [own.over(reference) for own in found])
+    tests = {name: Expansion(0.0, curve.high, of_nodes) for name, of_nodes in values.items()}
     demands = {name: _demand(f, standard.tolerance) for name, f in tests.items()}
     if demands[FOLD] > 1.0:
         noise = max(_noise(problem, node, row) for node in traced.nodes)
@@ -219,10 +213,13 @@ def _with_tests(
     return Panel(row, tuple(traced.nodes), curve, tests, unresolved, reference, max(held))
 
 
-def test_values(problem: Scaled, node: Node, of_branch_points: float) -> dict[str, float]:
-    """All test functions at a node: those of (3), of which the second is given, then the problem's own."""
-    built_in = {FOLD: float(node.direction[-1]), BRANCH_POINT: of_branch_points}
-    return built_in | problem.watched(node.y)
+def test_values(
+    problem: Scaled, nodes: Sequence[Node], of_branch_points: Sequence[float]
+) -> dict[str, Floats]:
+    """All test functions at nodes: those of (3), of which the second is given, then the problem's own."""
+    slopes = np.array([node.direction[-1] for node in nodes])
+    built_in = {FOLD: slopes, BRANCH_POINT: np.array(of_branch_points)}
+    return built_in | problem.watched(np.array([node.y for node in nodes]))
 
 
 def _noise(problem: Scaled, node: Node, row: Floats) -> float:

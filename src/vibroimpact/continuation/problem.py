@@ -34,10 +34,11 @@ class Problem(Protocol):
         """Size of each unknown and, last, of p; shape (d + 1,), positive: weighs the arclength."""
         ...
 
-    def watch(self, z: Floats, p: float) -> Mapping[str, float]:
-        """Test functions by name: smooth along the curve, zero at special points.
+    def watch(self, z: Floats, p: Floats) -> Mapping[str, Floats]:
+        """Test functions by name, at solutions in rows, shape (k, d), and their parameters, shape (k,): shape (k,).
 
-        The names do not change along the curve; NaN stands for a value that cannot be computed.
+        They are smooth along the curve and zero at special points. The names do not change along the curve; NaN
+        stands for a value that cannot be computed.
         """
         ...
 
@@ -122,7 +123,9 @@ class Scaled:
         z, p = self.solution(y)
         residual = np.asarray(self.problem.residual(z, p), dtype=float)
         by_z, by_p = self.problem.jacobian(z, p)
-        return residual, np.column_stack([by_z, by_p]) * self.sizes
+        whole = np.empty((len(residual), len(y)))
+        whole[:, :-1], whole[:, -1] = by_z, by_p
+        return residual, whole * self.sizes
 
     def inside(self, y: Floats) -> Floats:
         """The point y with p moved to the nearest value within the bounds."""
@@ -136,10 +139,10 @@ class Scaled:
         p = y[-1] * self.sizes[-1]
         return float(y[-1]) if p in (self.low, self.high) else None
 
-    def watched(self, y: Floats) -> dict[str, float]:
-        """The problem's own test functions at y."""
-        z, p = self.solution(y)
-        return {name: float(value) for name, value in self.problem.watch(z, p).items()}
+    def watched(self, y: Floats) -> dict[str, Floats]:
+        """The problem's own test functions at points in rows, shape (k, d + 1)."""
+        unscaled = y * self.sizes
+        return {**self.problem.watch(unscaled[:, :-1], unscaled[:, -1])}
 
 
 def scaled(problem: Problem, bounds: tuple[float, float]) -> Scaled:

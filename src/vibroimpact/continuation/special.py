@@ -100,7 +100,8 @@ class Sampler:
         node = correct(self.problem, panel.curve.at(s), panel.row, target, tolerance=0.0).node
         if node is None:
             return None
-        return node, test_values(self.problem, node, panel.determinant(node))
+        values = test_values(self.problem, [node], [panel.determinant(node)])
+        return node, {name: float(of_node[0]) for name, of_node in values.items()}
 
 
 def locate(problem: Scaled, panel: Panel, before: Mapping[str, float]) -> list[LocatedZero]:

@@ -127,7 +127,7 @@ def _variation(orbit: Orbit, parameter: str) -> tuple[Floats, Floats]:
     if orbit.parameter != parameter:
         problem = OrbitProblem(orbit.system, orbit.signature, parameter)
     z = problem.packed(orbit.states, orbit.durations)
-    _, by_z, by_parameter = problem.expanded(z, parameter_value(orbit.system, parameter))
+    by_z, by_parameter = problem.jacobian(z, parameter_value(orbit.system, parameter))
     sizes = scale_of(problem, z)
     rows = sizes_of_rows(problem, sizes)
     moved: Floats = np.full(len(z), math.nan)

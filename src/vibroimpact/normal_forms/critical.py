@@ -19,6 +19,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
+from vibroimpact._core.pencils import vectors
 from vibroimpact._core.types import AnyComplexes, Complexes, Floats
 from vibroimpact.normal_forms.kind import PointKind
 
@@ -136,13 +137,11 @@ def critical_multiplier(of: PointKind, A: Floats) -> Critical | Refusal:
         Refused as NOT_SMOOTH, NOT_CRITICAL, STRONG_RESONANCE (a pair that has merged at 1 or -1)
         or OTHERS_CRITICAL.
     """
-    from scipy.linalg import eig
-
     (target,), kind = of.critical, of.label
     rough = rough_jacobian(kind, A)
     if rough:
         return rough
-    values, left, right = eig(A, left=True, right=True)
+    values, left, right = vectors(A)
     off = distance(values, target)
     at = int(np.argmin(off))
     if not np.isfinite(off[at]):

@@ -303,18 +303,18 @@ class ExplicitMap:
         """Size of each coordinate and, last, of the parameters, shape (d + k,)."""
         return np.array(self.sizes)
 
-    def watch(self, z: Floats, p: Values) -> Mapping[str, float]:
-        """Test functions along a curve of fixed points, by the name of the point they vanish at.
+    def watch(self, z: Floats, p: Floats) -> Mapping[str, Floats]:
+        """Test functions along a curve of fixed points in rows, shape (k, d), by the name of the point they vanish at.
 
         PD: det(A + I). NS (d >= 2): the product of 1 - nu_i nu_j over all pairs i < j, which also
         vanishes at a neutral saddle, a real pair nu, 1 / nu.
         """
-        A = self.linearised(z, p)[0]
-        tests = {PD.label: float(np.linalg.det(A + np.eye(self.dimension)))}
+        A = np.array([self.linearised(*at)[0] for at in zip(z, p.tolist(), strict=True)])
+        tests: dict[str, Floats] = {PD.label: np.linalg.det(A + np.eye(self.dimension))}
         if self.dimension > 1:
             nus = np.linalg.eigvals(A)
             i, j = np.triu_indices(self.dimension, 1)
-            tests[NS.label] = float(np.prod(1.0 - nus[i] * nus[j]).real)
+            tests[NS.label] = np.prod(1.0 - nus[:, i] * nus[:, j], axis=1).real
         return tests
 
     def _failed(self, status: FixedPointStatus, x: Floats, p: Values, steps: int) -> FixedPoint:

@@ -79,13 +79,15 @@ class Multilinear:
 
     def __init__(self, forms: Forms) -> None:
         self._forms = forms
-        self._known: dict[tuple[bytes, ...], Floats] = {}
+        self._known: dict[tuple[int, ...], Floats] = {}
+        self._lines: dict[bytes, tuple[int, Floats]] = {}  # numbers of aligned directions
+        self._split: dict[bytes, list[_Part]] = {}
 
     def __call__(self, *directions: ArrayLike) -> Complexes:
         """Return D^k F of one to three complex directions, each of shape (d,) or (d + 1,)."""
         total = np.zeros(self._forms.dimension, dtype=np.complex128)
-        for parts in itertools.product(*map(_parts, directions)):
-            total += math.prod(part.unit for part in parts) * self._real(parts)
+        for parts in itertools.product(*map(self._parts, directions)):
+            total += math.prod([part.unit for part in parts]) * self._real(parts)
         return total
 
     def real(self, *directions: ArrayLike) -> Floats:
@@ -94,11 +96,32 @@ class Multilinear:
 
     def _real(self, parts: Sequence[_Part]) -> Floats:
         """Form of real directions, stored by their lines through 0."""
-        ordered = sorted(parts, key=lambda part: part.key)
-        key = tuple(part.key for part in ordered)
+        key = tuple(sorted([part.line for part in parts]))
         if key not in self._known:
-            self._known[key] = self._forms.derivative(*(part.aligned for part in ordered))
+            aligned = {part.line: part.aligned for part in parts}
+            self._known[key] = self._forms.derivative(*(aligned[line] for line in key))
         return self._known[key]
+
+    def _parts(self, direction: ArrayLike) -> list[_Part]:
+        """Real and imaginary part of a direction, those that are not zero."""
+        u = np.asarray(direction, dtype=np.complex128)
+        key = u.tobytes()
+        if key not in self._split:
+            self._split[key] = [
+                part
+                for unit, real in ((1.0, u.real), (1.0j, u.imag))
+                if (part := self._part(unit, real))
+            ]
+        return self._split[key]
+
+    def _part(self, unit: complex, real: Floats) -> _Part | None:
+        leading = next(filter(None, real.tolist()), 0.0)
+        if not leading:
+            return None
+        sign = 1.0 if leading > 0.0 else -1.0
+        aligned = sign * real + 0.0
+        line, aligned = self._lines.setdefault(aligned.tobytes(), (len(self._lines), aligned))
+        return _Part(unit * sign, aligned, line)
 
 
 class _Part(NamedTuple):
@@ -106,20 +129,7 @@ class _Part(NamedTuple):
 
     unit: complex  # the part of the direction is this times what is aligned
     aligned: Floats  # its first entry that is not zero is positive
-    key: bytes
-
-
-def _parts(direction: ArrayLike) -> list[_Part]:
-    """Real and imaginary part of a direction, those that are not zero."""
-    u = np.asarray(direction, dtype=np.complex128)
-    found = []
-    for unit, part in ((1.0, u.real), (1.0j, u.imag)):
-        leading = next(filter(None, part.tolist()), 0.0)
-        if leading:
-            sign = 1.0 if leading > 0.0 else -1.0
-            aligned = sign * part + 0.0
-            found.append(_Part(unit * sign, aligned, aligned.tobytes()))
-    return found
+    line: int  # number of that
 
 
 @dataclass(frozen=True)

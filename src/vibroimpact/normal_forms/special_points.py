@@ -24,6 +24,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from vibroimpact._core.pencils import vectors
 from vibroimpact._core.types import AnyComplexes, Complexes, Count, Floats
 from vibroimpact.normal_forms.critical import (
     ON_CIRCLE,
@@ -158,13 +159,11 @@ def critical_multipliers(of: PointKind, A: Floats) -> tuple[Critical, ...] | Ref
     -----
     Cost: one eigenvalue problem.
     """
-    from scipy.linalg import eig
-
     wanted, kind = of.critical, of.label
     rough = rough_jacobian(kind, A)
     if rough:
         return rough
-    values, left, right = eig(A, left=True, right=True)
+    values, left, right = vectors(A)
     places: list[int] = []
     allowed = AT_THE_POINT if 1.0 in wanted else ON_CIRCLE
     for target in wanted:

@@ -18,13 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from vibroimpact._core.checks import check_index, check_kind, numbers, refusal, share
 from vibroimpact._core.errors import InvalidParameterError
-from vibroimpact._core.types import Floats
+from vibroimpact._core.types import Floats, Integers
 from vibroimpact._kernel import Jet
 from vibroimpact.compile.piecewise import held_in
 from vibroimpact.compile.prescribed import (
@@ -103,24 +104,33 @@ class SegmentMap:
         Cost: 3^k times a flight's matrix-vector products; with a parameter's part those of its
         matrix exponential. For the damper some 20 microseconds.
         """
-        seeds = np.array([self._seed(u) for u in directions])
-        if not 1 <= len(seeds) <= HIGHEST_ORDER:
+        if not 1 <= len(directions) <= HIGHEST_ORDER:
             raise InvalidParameterError(
-                f"directions: {len(seeds)} given; need 1 to {HIGHEST_ORDER}."
+                f"directions: {len(directions)} given; need 1 to {HIGHEST_ORDER}."
             )
+        seeds = np.zeros((len(directions), self.compiled.size + 1))
+        for seed, u in zip(seeds, directions, strict=True):
+            self._sow(seed, u)
+        ends, kept, _ = self._places
         all_orders = self.compiled.kernel.forms(
-            self.states, self.durations, list(self.ends), *self.start, self.period, self.last, seeds
+            self.states, self.durations, ends, *self.start, self.period, self.last, seeds
         )
         highest: Floats = all_orders[-1]
         if self.relative is not None:
             highest = self.relative @ highest[: len(self.relative)]
-        return self.signs * highest[list(self.kept_out)]
+        return self.signs * highest[kept]
+
+    @cached_property
+    def _places(self) -> tuple[list[int], Integers, Integers]:
+        """Stop numbers, and places of the coordinates at the end and at the start."""
+        return [*self.ends], np.array(self.kept_out), np.array(self.kept_in)
 
     def jacobian(self) -> Floats:
         """Return the Jacobian DF, shape (d, d)."""
         return np.column_stack([self.derivative(e) for e in np.eye(self.dimension)])
 
-    def _seed(self, direction: Floats) -> Floats:
+    def _sow(self, seed: Floats, direction: Floats) -> None:
+        """Write a direction by the entries of (x, v, theta) and the parameter."""
         u: Any = direction  # lists are allowed
         if not isinstance(u, np.ndarray):
             u = numbers("direction", u)
@@ -129,13 +139,11 @@ class SegmentMap:
             raise InvalidParameterError(
                 f"direction has shape {u.shape}; expected ({d},) or ({d + 1},)."
             )
-        seed = np.zeros(self.compiled.size + 1)
-        seed[list(self.kept_in)] = u[:d]
+        seed[self._places[2]] = u[:d]
         if u.size > d and u[d]:
             if not self.parameter:
                 raise InvalidParameterError("direction: the map has no parameter. Name one.")
             seed[-1] = u[d]
-        return seed
 
 
 def full_map(orbit: Orbit, parameter: str = "") -> SegmentMap:

@@ -20,6 +20,7 @@ Reference   theory.md, "Periodic orbits"
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -39,10 +40,9 @@ def section_basis(slopes: Floats, j: int) -> tuple[Floats, list[int]]:
     """
     if j == NONE_LEFT_OUT:
         return np.eye(len(slopes)), [*range(len(slopes))]
-    kept = [i for i in range(len(slopes)) if i != j]
-    basis = np.eye(len(slopes))[:, kept]
-    basis[j] = -slopes[kept] / slopes[j]
-    return basis, kept
+    basis, kept = np.eye(len(slopes)), [i for i in range(len(slopes)) if i != j]
+    basis[j] = -slopes / slopes[j]
+    return basis[:, kept], kept
 
 
 class Pencil(NamedTuple):
@@ -58,32 +58,47 @@ class Pencil(NamedTuple):
 
         NaN where entries have overflowed.
         """
-        if not np.all(np.isfinite(self.a)):
-            return np.full(self.finite, complex(np.nan, np.nan))
-        alpha, beta = pencils.eigenvalues(self.a, self.b)
-        with np.errstate(divide="ignore", invalid="ignore"):  # infinite; NaN of a singular pencil
-            nearness = np.abs(beta) / np.hypot(np.abs(alpha), np.abs(beta))
-            order = np.argsort(nearness)[len(self.a) - self.finite :]
-            values: Complexes = np.asarray(alpha[order] / beta[order], np.complex128)
-        values = sorted_multipliers(values)
-        values[len(values) - self.zeros :] = 0.0
-        return values
+        (found,) = eigenvalues_of([self])
+        return np.asarray(found)
 
     def determinant(self, at: float) -> float:
         """Determinant (3) for lambda = at."""
         return float(np.linalg.det(self.a - at * self.b))
 
 
+def eigenvalues_of(every: Sequence[Pencil]) -> Complexes:
+    """Multipliers of pencils of the same equations, shape (k, finite)."""
+    width, finite = len(every[0].a), every[0].finite
+    alpha, beta = np.empty((len(every), width), np.complex128), np.empty((len(every), width))
+    for k, one in enumerate(every):
+        known = np.isfinite(one.a).all()
+        alpha[k], beta[k] = pencils.eigenvalues(one.a, one.b) if known else (np.nan, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):  # infinite; NaN of a singular pencil
+        sizes = np.abs(beta)
+        nearness = sizes / np.hypot(np.abs(alpha), sizes)
+        order = np.argsort(nearness, axis=1)[:, width - finite :]
+        values = np.take_along_axis(alpha, order, 1) / np.take_along_axis(beta, order, 1)
+    values = sorted_multipliers(values)
+    for row, one in zip(values, every, strict=True):
+        row[finite - one.zeros :] = 0.0
+    values[np.isnan(beta).all(axis=1)] = complex(np.nan, np.nan)
+    return values
+
+
 def sorted_multipliers(values: Complexes) -> Complexes:
-    """Sort by modulus, largest first; of a pair, the one in the upper half plane is first."""
-    order = np.lexsort((-values.imag, -np.round(np.abs(values), 9)))
-    return values[order]
+    """Sort the last axis by modulus, largest first; of a pair, the one in the upper half plane is first."""
+    order = np.lexsort((-values.imag, -np.round(np.abs(values), 9)), axis=-1)
+    return np.take_along_axis(values, order, -1)
 
 
 def with_structural(found: Complexes, held: Held) -> Complexes:
     """Multipliers of a pencil and those of what all modes hold: 0 of limits, 1 of places that are anywhere."""
-    known = [1.0] * len(held.places) + [0.0] * len(held.ends)
-    return sorted_multipliers(np.append(found, known)) if known else found
+    known = np.array([1.0] * len(held.places) + [0.0] * len(held.ends))
+    if not known.size:
+        return found
+    return sorted_multipliers(
+        np.append(found, np.broadcast_to(known, (*found.shape[:-1], known.size)), -1)
+    )
 
 
 class PencilOf:
@@ -110,34 +125,23 @@ class PencilOf:
 
     def at(self, compiled: Prescribed, parts: Linearised) -> Pencil:
         """Pencil of an orbit, from the system compiled at its parameter and its solved segments."""
-        problem, count = self.problem, len(self._guards)
-        q, states, time = problem.size, problem.kept, 2 * compiled.degrees + 1
-        section = parts.before[
-            -1
-        ].copy()  # of its guard's slopes only the phase matters, here that of the start
+        problem = self.problem
+        section = parts.before[-1].copy()
+        # of its guard's slopes only the phase matters, here that of the start
         section[-1] -= problem.turn[-1] if problem.mechanism.forces else 0.0
-        slopes = compiled.slopes(problem.signature.first, section)[states]
+        slopes = compiled.slopes(problem.signature.first, section)[problem.kept]
         basis, kept = section_basis(slopes, problem.left_out(compiled))
         chosen = [k for k, i in enumerate(kept) if i not in problem.pivots]
         if problem.held.entries:
             basis, chosen = self._beside_held(compiled, parts, basis, kept, chosen)
         basis, kept = basis[:, chosen], [kept[k] for k in chosen]
-        after_by, gap_by = parts.after_by[:, states], parts.gap_by[:, states]
-        free = self._free
-        width = free + count
-        tangent, gaps = np.zeros((q, width)), np.zeros((count, width))
-        tangent[:, :free] = basis
-        for k in range(count):
-            gaps[k] = gap_by[k] @ tangent
-            gaps[k, free + k] += parts.gap_by[k, time]
-            tangent = after_by[k][:, states] @ tangent
-            tangent[:, free + k] += after_by[k, :, time]
-        ends = problem.reflected(problem.relative @ tangent)[kept]
-        rows = np.concatenate([self.sizes[kept], self._guards])
-        columns = np.concatenate([self.sizes[kept], self._times])
-        scaled = np.vstack([ends, gaps]) / rows[:, None] * columns
+        sizes = self.sizes[kept]
+        rows, columns = np.append(sizes, self._guards), np.append(sizes, self._times)
+        matrix = problem.closing_equations.pencil(
+            parts.after_by, parts.gap_by, basis, kept, rows, columns
+        )
         zeros = max(compiled.layout.forgotten) - len(problem.held.ends) + self._jumps
-        return Pencil(scaled, self._marks, free, zeros)
+        return Pencil(matrix, self._marks, self._free, zeros)
 
     def _beside_held(
         self,

@@ -142,9 +142,9 @@ def newton(
 
 def _scaled(problem: OrbitProblem, z: Floats, sizes: Floats, rows: Floats) -> tuple[Floats, Floats]:
     """Scaled F and F', of size one."""
-    residual, matrix, _p = problem.expanded(z, 0.0)
+    residual, by = problem.expanded(z, 0.0)
     with np.errstate(over="ignore", invalid="ignore"):
-        return residual / rows, matrix / rows[:, None] * sizes
+        return residual / rows, by[:, :-1] / rows[:, None] * sizes
 
 
 def _step(matrix: Floats, residual: Floats) -> Floats:

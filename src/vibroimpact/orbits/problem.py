@@ -37,6 +37,7 @@ import numpy as np
 
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Count, Flags, Floats
+from vibroimpact._kernel import Closing
 from vibroimpact.compile.along import Along
 from vibroimpact.compile.modes import closed_from_code
 from vibroimpact.compile.piecewise import held_in, state_in
@@ -68,6 +69,7 @@ Made = TypeVar("Made")
 SAME_AT_ALL_VALUES = (  # of the parameter, among the attributes of equations
     "signature", "parameter", "impacts", "ends", "modes", "codes", "degrees", "massless", "kept", "size", "turn",
     "symmetry", "source", "signs", "drifts", "pivots", "relative", "held", "common_sizes", "struck",
+    "closing_equations",
 )  # fmt: skip
 # So many of the latest evaluations are kept, those of some panels of a branch.
 KEPT_EVALUATIONS = 64
@@ -393,13 +395,16 @@ def why_none(m: Mechanism, impacts: Iterable[Stop]) -> str:
     return "no orbit: without forcing every impact loses energy, so that no motion is periodic"
 
 
-def latest(kept: dict[Key, Made], key: Key, make: Callable[[Key], Made]) -> Made:
-    """Value kept for a key, made if it is missing; the oldest is then dropped."""
-    if key not in kept:
-        if len(kept) >= KEPT_EVALUATIONS:
+def latest(
+    kept: dict[Key, Made], key: Key, make: Callable[[Key], Made], most: int = KEPT_EVALUATIONS
+) -> Made:
+    """Value kept for a key, made if it is missing; the oldest of so many is then dropped."""
+    found = kept.get(key)
+    if found is None:
+        if len(kept) >= most:
             del kept[next(iter(kept))]
-        kept[key] = make(key)
-    return kept[key]
+        found = kept[key] = make(key)
+    return found
 
 
 @dataclass
@@ -578,10 +583,7 @@ class OrbitProblem:
 
     def unpacked(self, z: Floats) -> tuple[Floats, Floats]:
         """States (m, 2n + 1) and flight times (m,) from z; zero where zeta has no unknown."""
-        rows = np.reshape(z, (len(self.impacts), self.size + 1))
-        states = np.zeros((len(rows), 2 * self.degrees + 1))
-        states[:, self.kept] = rows[:, : self.size]
-        return states, rows[:, self.size].copy()
+        return self.closing_equations.unpacked(z)
 
     def states_at(self, z: Floats, p: Value) -> Floats:
         """States (m, 2n + 1) from z, with the velocities of massless coordinates."""
@@ -597,18 +599,28 @@ class OrbitProblem:
 
     def residual(self, z: Floats, p: Value) -> Floats:
         """Left sides of (1) and (2) or (3), shape of z."""
-        return self._residual(z, self.linearised(z, p), self._keeping(z, p))
+        return self.expanded(z, p)[0]
 
-    def _residual(self, z: Floats, parts: Linearised, keeping: Keeping | None) -> Floats:
-        rows = np.reshape(z, (len(self.impacts), self.size + 1))[:, : self.size]
-        target = np.vstack([rows[1:], self.reflected(rows[0]) + self.turn])
-        moved = parts.after[:, self.kept] - target
-        if self.pivots:
-            moved[-1] = self.relative @ moved[-1]
-            moved[-1, self.pivots] = rows[0, self.pivots]
-        if keeping:
-            moved[-1, self.held.entries] = keeping.values
-        return np.column_stack([moved, parts.gap]).ravel()
+    @cached_property
+    def closing_equations(self) -> Closing:
+        """Equations (1)-(4), in the kernel."""
+        return Closing(
+            entries=2 * self.degrees + 1, segments=len(self.impacts), kept=self.kept, source=self.source.tolist(),
+            signs=self.signs.tolist(), turn=self.turn.tolist(), relative=self.relative.ravel().tolist(),
+            pivots=self.pivots,
+        )  # fmt: skip
+
+    def expanded(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
+        """Residual, and its derivatives by z and, last, by p, shape (d, d + 1)."""
+        parts = self.linearised(z, p)
+        left, by = self.closing_equations.equations(
+            z, parts.after, parts.gap, parts.after_by, parts.gap_by
+        )
+        if keeping := self._keeping(z, p):
+            at = (len(self.impacts) - 1) * (self.size + 1) + np.array(self.held.entries)
+            left[at], by[at] = keeping.values, 0.0
+            by[at, : self.size], by[at, -1] = keeping.rows[:, :-1], keeping.rows[:, -1]
+        return left, by
 
     def progress(self, z: Floats, p: Value) -> Floats:
         """Progress of (4) along each displacement, shape (k,)."""
@@ -638,35 +650,8 @@ class OrbitProblem:
 
     def jacobian(self, z: Floats, p: Value) -> tuple[Floats, Floats]:
         """Derivatives of the residual by z, shape (d, d), and by p, shape (d,)."""
-        return self._by_unknowns(self.linearised(z, p), self._keeping(z, p))
-
-    def expanded(self, z: Floats, p: Value) -> tuple[Floats, Floats, Floats]:
-        """Residual and both derivatives at once."""
-        parts, keeping = self.linearised(z, p), self._keeping(z, p)
-        return self._residual(z, parts, keeping), *self._by_unknowns(parts, keeping)
-
-    def _by_unknowns(self, parts: Linearised, keeping: Keeping | None) -> tuple[Floats, Floats]:
-        m, q = len(self.impacts), self.size
-        columns = [*self.kept, 2 * self.degrees + 1]  # the state, the flight time
-        of_state = parts.after_by[:, self.kept]
-        ks, states = np.arange(m), np.arange(q)
-        matrix = np.zeros((m, q + 1, m, q + 1))
-        matrix[ks, :q, ks] = of_state[:, :, columns]
-        matrix[ks, q, ks] = parts.gap_by[:, columns]
-        matrix[ks[:-1, None], states, ks[1:, None], states] -= 1.0
-        matrix[-1, states, 0, self.source] -= self.signs
-        by_parameter = np.column_stack([of_state[:, :, -1], parts.gap_by[:, -1]])
-        if self.pivots:
-            matrix[-1, :q] = np.tensordot(self.relative, matrix[-1, :q], axes=1)
-            matrix[-1, self.pivots, 0, self.pivots] = 1.0
-            by_parameter[-1, :q] = self.relative @ by_parameter[-1, :q]
-        if keeping:
-            entries = self.held.entries
-            matrix[-1, entries] = 0.0
-            matrix[-1, entries, 0, :q] = keeping.rows[:, :-1]
-            by_parameter[-1, entries] = keeping.rows[:, -1]
-        d = m * (q + 1)
-        return matrix.reshape(d, d), by_parameter.ravel()
+        by = self.expanded(z, p)[1]
+        return by[:, :-1], by[:, -1]
 
     def reflected(self, changes: Floats) -> Floats:
         """Images under G of changes of a state, its unknowns along the first axis."""
