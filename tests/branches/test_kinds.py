@@ -97,7 +97,7 @@ def test_a_file_keeps_the_points_without_the_function(tmp_path: Path) -> None:
     loaded = vi.load(tmp_path / "branch.nc")
     point = loaded["FAST1"]
     assert point.parameter == branch()["FAST1"].parameter
-    assert "event FAST" not in loaded.family.touches(point.z, point.parameter)
+    assert "event FAST" not in loaded.family.touches(point.z[None], [point.parameter])
     with pytest.raises(InvalidParameterError, match="is code, which the file does not hold"):
         vi.continue_bifurcation(point, PLANE, BOUNDS)
     vi.save(curve(), tmp_path / "curve.nc")

@@ -139,6 +139,11 @@ def test_an_orbit_between_stops_about_another_centre_is_that_about_zero_displace
         vi.continue_orbit(moved, "elements[0].upper", (2.4, 2.6))
 
 
+def by_parts(values: np.ndarray) -> np.ndarray:
+    """Complex numbers by their real parts, but for rounding, and then by their imaginary parts."""
+    return values[np.lexsort((values.imag, values.real.round(9)))]
+
+
 def test_an_orbit_of_two_equal_masses_is_solved_by_half() -> None:
     """Its half multipliers squared are those of the whole, and of one mass alone where nothing couples them."""
     for coupling in (0.0, 0.5):
@@ -149,7 +154,7 @@ def test_an_orbit_of_two_equal_masses_is_solved_by_half() -> None:
         assert len(half.durations) * 2 == len(whole.durations)
         assert half.signature.exchange == (-2, -1)
         np.testing.assert_allclose(
-            np.sort_complex(half.multipliers), np.sort_complex(whole.multipliers), atol=1e-9
+            by_parts(half.multipliers), by_parts(whole.multipliers), atol=1e-9
         )
         assert vi.find_orbit(m, whole, symmetric=vi.symmetries(m)[0]).symmetric
     alone = vi.Mechanism(

@@ -287,8 +287,8 @@ class JustAfter(_OneEquation):
         self.plane, self.segment, self.own, self.rate = plane, segment, own, rate
         self.ends = [*ends]  # limits of one guard, of which the nearest at the first point counts
 
-    def _at(self, z: Floats, a: Pair, name: str) -> tuple[Prescribed, Floats, Floats]:
-        compiled = compile_prescribed(self.plane.system_at(a), name, (self.ends[0].mode,))
+    def _at(self, z: Floats, a: Pair, by: int = 0) -> tuple[Prescribed, Floats, Floats]:
+        compiled = self.plane.in_mode(self.ends[0].mode, a, by)
         state = self.plane.states_at(z, a)[self.segment][None]
         if len(self.ends) > 1:
             many = np.repeat(state, len(self.ends), axis=0)
@@ -298,7 +298,7 @@ class JustAfter(_OneEquation):
 
     def value(self, z: Floats, _w: Floats, a: Pair, /) -> Floats:
         """The guard, or its rate."""
-        compiled, states, durations = self._at(z, a, self.plane.names[0])
+        compiled, states, durations = self._at(z, a)
         parts = compiled.linearise(states, durations, self.ends)
         return parts.rate if self.rate else parts.gap
 
@@ -308,8 +308,8 @@ class JustAfter(_OneEquation):
         in_time = np.zeros((1, n + 2))
         in_time[0, -1] = 1.0
         rows = []
-        for name in plane.names:
-            compiled, states, durations = self._at(z, a, name)
+        for by in range(len(plane.names)):
+            compiled, states, durations = self._at(z, a, by)
             if self.rate:
                 found = compiled.second(states, durations, self.ends, in_time)[1]
             else:

@@ -36,6 +36,7 @@ import numpy as np
 from vibroimpact._core import linear
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Complexes, Floats, Integers
+from vibroimpact.compile.along import Along
 from vibroimpact.compile.coordinates import STEP_ANGLE
 from vibroimpact.compile.piecewise import state_in
 from vibroimpact.compile.prescribed import (
@@ -44,6 +45,7 @@ from vibroimpact.compile.prescribed import (
     GAP_WATCH,
     End,
     Linearised,
+    Prescribed,
 )
 from vibroimpact.continuation.problem import Image
 from vibroimpact.model.mechanism import Mechanism
@@ -142,6 +144,7 @@ class OrbitFamily(OrbitProblem):
         self.common_sizes = sizes[:-1]
         self.rows = rows_of(self, sizes[:-1])
         self._kept: dict[tuple[bytes, Value], _Evaluation] = {}
+        self._others: dict[int, Along] = {}
         self._most = max(KEPT_EVALUATIONS, KEPT_NUMBERS // len(sizes) ** 2)
         self._orbits: dict[tuple[bytes, Value], Orbit] = {}
         self.refused = ""  # reason if the system could not be built
@@ -178,6 +181,12 @@ class OrbitFamily(OrbitProblem):
     def linearised(self, z: Floats, p: Value) -> Linearised:
         """Every segment with its derivatives; the latest ones are kept."""
         return self._at(z, p).segments
+
+    def in_mode(self, code: int, p: Value, by: int = 0) -> Prescribed:
+        """System at the value p of the parameter, compiled in one mode, which its orbits need not pass."""
+        names, values = self.along.names, self._values(p)
+        along = self._others.setdefault(code, Along(self.system, names, (code,)))
+        return along.at(values, by)
 
     def _at(self, z: Floats, p: Value) -> _Evaluation:
         """What is known at a point; the latest ones are kept."""
@@ -458,7 +467,13 @@ class OrbitFamily(OrbitProblem):
                 slip = next(guard for guard in mode.guards if guard.contact == number)
                 found[f"{STICK} {k}"] = side * float(slip.row @ (mode.b @ y + mode.constant))
                 if (
-                    beyond := beyond_static(self.system_at(p), modes[1], number, states[k])
+                    beyond := beyond_static(
+                        compiled.mechanism,
+                        lambda code: self.in_mode(code, p),
+                        modes[1],
+                        number,
+                        states[k],
+                    )
                 ) is not None:
                     found[f"{REST} {k}"] = beyond
         return found

@@ -9,7 +9,7 @@ Accuracy    a force within LIMIT_OF_AMPLITUDE of the level counts as beyond it
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -30,6 +30,10 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
     ``states`` (m, 2n + 1) begin the flights that have these ends.
     """
     m = mechanism_of(system)
+
+    def compiled_in(code: int) -> Prescribed:
+        return compile_prescribed(system, "", (code,))
+
     for k, end in enumerate(ends):
         following = (k + 1) % len(ends)
         mode = ends[following].mode
@@ -38,7 +42,9 @@ def held_reversal(system: System, states: Floats, ends: Sequence[End]) -> str:
         both = {state_in(m, code, end.contact) for code in (end.mode, mode)}
         if both != m.elements[end.contact].slipping:
             continue
-        beyond = beyond_static(system, mode, end.contact, states[following], LIMIT_OF_AMPLITUDE)
+        beyond = beyond_static(
+            m, compiled_in, mode, end.contact, states[following], LIMIT_OF_AMPLITUDE
+        )
         if beyond is not None and beyond < 0.0:
             return f"friction {end.contact} would stick at the end of flight {k}, where it reverses"
     return ""
@@ -98,7 +104,12 @@ def held_code(m: Mechanism, mode: int, contact: int) -> int:
 
 
 def beyond_static(
-    system: System, mode: int, contact: int, state: Floats, play: float = 0.0
+    m: Mechanism,
+    compiled_in: Callable[[int], Prescribed],
+    mode: int,
+    contact: int,
+    state: Floats,
+    play: float = 0.0,
 ) -> float | None:
     """Force that would hold friction at a reversal, less its static level; None where that is the kinetic one.
 
@@ -106,8 +117,10 @@ def beyond_static(
 
     Parameters
     ----------
-    system
-        The system.
+    m
+        The mechanism.
+    compiled_in
+        Compiles it in the mode of a code.
     mode
         Code of the mode after the reversal.
     contact
@@ -117,13 +130,12 @@ def beyond_static(
     play
         What is added, relative to the terms of the force.
     """
-    m = mechanism_of(system)
     number = contact - len(m.rigid_stops)
     grips = [m.switching[i].grip for i in _line(m, number)]
     if all(grip.static == grip.kinetic for grip in grips):
         return None
     code = held_code(m, mode, contact)
-    compiled = compile_prescribed(system, "", (code,))
+    compiled = compiled_in(code)
     y = compiled.embedded(state[:-1], np.array(state[-1]))
     beyond = []
     for guard in compiled.modes[code].guards:
