@@ -131,6 +131,17 @@ def test_files_that_the_map_of_the_code_names_are_there(path: Path) -> None:
     assert not lost
 
 
+def test_every_equation_has_a_number_of_its_own_and_every_number_an_equation() -> None:
+    tags = re.findall(r"\\tag\{(T\d+)\}", (ROOT / "docs" / "theory.md").read_text(encoding="utf-8"))
+    assert len(tags) > 50
+    assert sorted(tags) == sorted({*tags})
+    for folder in (ROOT / "docs", *FOLDERS[2:4]):
+        for path in folder.rglob("*"):
+            if path.suffix in {".md", ".py", ".hpp"}:
+                cited = re.findall(r"\((T\d+)\)", path.read_text(encoding="utf-8"))
+                assert {*cited} <= {*tags}, path.name
+
+
 def test_files_that_the_architecture_names_define_what_it_says() -> None:
     text = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
     file = r"`([\w/.]+\.(?:py|hpp))`"

@@ -9,7 +9,7 @@ Method      Contacts whose impulses do not change each other's rates may be take
                 J_b J_a f_0 - J_b f_a - J_a f_b + f_ab = 0.                                              (2)
             It holds where a spring is between two masses, not where a dashpot is, through which the impact of
             one changes the acceleration of the other's gap: there the map has a derivative for each order.
-Reference   theory.md, "Impacts at one instant"; (2) is (T84)
+Reference   theory.md, "Impacts at one instant"; (2) is (T87)
 """
 
 from __future__ import annotations
