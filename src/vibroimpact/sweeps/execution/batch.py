@@ -247,14 +247,26 @@ def _run_part(batch: Batch, part: int, members: Members, observers: Sequence[Obs
 def _finish(
     batch: Batch, members: Members, observers: Sequence[Observer], rows: Rows, out: Arrays
 ) -> None:
-    """Run members again that ended as MISSING, with the modes that they want."""
+    """Run members again that ended as MISSING, with the modes that they want.
+
+    One of them is run alone to find these, and then of its system twice as many each time.
+    """
     codes: tuple[int, ...] = ()
+    known, system, most_asked = set[int](), -1, 1
     while rows.size:
-        wanted = [code for code in _modes_wanted(batch, members, int(rows[0])) if code not in codes]
+        if system != members.system[rows[0]]:
+            system = int(members.system[rows[0]])
+            compiled = _compiled_alone(batch, system)
+            known.update(compiled.codes)  # every system begins with these
+        asked = rows[members.system[rows] == system][:most_asked]
+        for row in asked:
+            _add_modes_wanted(compiled, members, int(row))
+        wanted = [code for code in compiled.codes if code not in known]
         if not wanted:  # there is no such mode
-            rows = rows[1:]
+            rows = np.setdiff1d(rows, asked)
             continue
-        codes = (*codes, *wanted)
+        known.update(wanted)
+        codes, most_asked = (*codes, *wanted), 2 * most_asked
         systems, number = np.unique(members.system[rows], return_inverse=True)
         more = _with_modes(batch, systems, codes, batch.pace)
         if more is None:
@@ -283,12 +295,14 @@ def _again(batch: Batch, systems: NDArray[Any], codes: tuple[int, ...], pace: fl
     return batch_from(compilation, slice(0, len(systems)))
 
 
-def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
-    """Codes of the modes that a member asks for on its way, as far as they can be compiled."""
-    k = members.system[row]
+def _compiled_alone(batch: Batch, k: int) -> Compiled:
+    """System k of a batch with the modes that every system begins with."""
     system = with_parameters(batch.system, {name: x[k].item() for name, x in batch.values.items()})
-    compiled = Compiled(mechanism_of(system), batch.pace)
-    known = len(compiled.codes)
+    return Compiled(mechanism_of(system), batch.pace)
+
+
+def _add_modes_wanted(compiled: Compiled, members: Members, row: int) -> None:
+    """Compile the modes that a member asks for on its way, as far as they can be compiled."""
     state = State(tuple(members.position[row]), tuple(members.velocity[row]), members.phase[row])
     at, end = begin(compiled, state), members.settle[row] + members.observe[row]
     most = members.most_impacts
@@ -297,4 +311,4 @@ def _modes_wanted(batch: Batch, members: Members, row: int) -> list[int]:
             at, end, math.inf, events_for(compiled.mechanism, most), most
         )
         if why != RunEnd.MISSING or not compiled.add_code(code):
-            return compiled.codes[known:]
+            return
