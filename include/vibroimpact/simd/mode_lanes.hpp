@@ -69,17 +69,13 @@ inline void fill_quick_guard(quick_guard<pack<N>, Guarded>& to, const From& from
     set_lane(to.upper, i, from.upper);
 }
 
-template <int N, int D, class Watch, class Flow>
-inline void fill_watch(watch_view<pack<N>, D>& to, const Watch& from, const Flow& flow, int i) {
-    const int n = flow.dimension();
+template <int N, int D, class Watch>
+inline void fill_watch(watch_view<pack<N>, D>& to, const Watch& from, int n, int i) {
     for (int m = 0; m < 2; ++m) {
         fill_row(to.rows[m], from.row.rows[m], n, i);
         set_lane(to.gains[m], i, from.row.gains[m]);
-        double size = 0.0;
-        for (int j = 0; j < n; ++j)
-            size = size + (abs(from.row.rows[m][j]) + flow.step * abs(from.row.rows[m + 1][j]));
-        set_lane(to.sizes[m], i, size);
-        set_lane(to.adds[m], i, abs(from.row.gains[m]) + flow.step * abs(from.row.gains[m + 1]));
+        set_lane(to.sizes[m], i, from.terms[m].per_largest);
+        set_lane(to.adds[m], i, from.terms[m].adds);
     }
     set_lane(to.lower, i, from.row.lower);
     set_lane(to.upper, i, from.row.upper);
@@ -100,7 +96,7 @@ inline void put_mode(lane_mode<N, Guarded, Watches>& to, int i, const hybrid<Flo
     }
     to.watch_count = from.watched.count;
     for (int j = 0; j < to.watch_count; ++j)
-        fill_watch(to.watches[j], from.watched.at[j], from.flow, i);
+        fill_watch(to.watches[j], from.watched.at[j], n, i);
     to.constrained = from.watched.constrained;
     for (int r = 0; to.constrained && r < n; ++r) {
         fill_row(to.project[r], system.from_free[m].matrix[r], n, i);

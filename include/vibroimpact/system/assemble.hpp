@@ -86,6 +86,8 @@ VI_HD inline void add_watch(Mode& m, const watch_numbers& from) {
     if constexpr (Mode::flow_type::shape_type::max_watches > 0) {
         auto& to = m.watched.at[m.watched.count++];
         set_guard(to.row, from.guard, m.flow);
+        for (int k = 0; k < plain_orders; ++k)
+            to.terms[k] = terms_of_derivative(to.row, k, m.flow);
         to.element = from.element;
         to.held = from.held;
         to.reset = from.reset;

@@ -163,12 +163,26 @@ VI_HD inline void set_own_size(guard<double, Dimension>& g, const Flow& flow) {
     }
 }
 
+// The terms that add up to a derivative of u within a step: those of the motion per largest |y_j|, and the others.
+struct terms_of_derivative {
+    double per_largest = 0.0, adds;
+
+    terms_of_derivative() = default;
+    template <class R, int Dimension, int Orders, class Flow>
+    VI_HD terms_of_derivative(const guard<R, Dimension, Orders>& g, int m, const Flow& flow)
+        : adds(abs(g.gains[m]) + flow.step * abs(g.gains[m + 1])) {
+        for (int j = 0; j < flow.dimension(); ++j)
+            per_largest = per_largest + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j]));
+    }
+};
+
 // Fills what stays_out_of_reach reads; infinite where that does not hold.
 template <int Dimension, class Flow>
 VI_HD inline void prepare_reach(guard<double, Dimension>& g, const Flow& flow) {
     const int n = flow.dimension(), first = n - 2 * flow.lines();
     double norm = 0.0, largest = 0.0;
-    g.spread = g.bend = 0.0;
+    g.bend = 0.0;
+    g.spread = terms_of_derivative(g, 0, flow).per_largest;
     for (int i = 0; i < n; ++i) {
         double row = 0.0, push = abs(flow.constant[i]); // lines are at most one
         for (int j = 0; j < n; ++j) {
@@ -177,7 +191,6 @@ VI_HD inline void prepare_reach(guard<double, Dimension>& g, const Flow& flow) {
         }
         norm = max(norm, row);
         largest = max(largest, push);
-        g.spread = g.spread + (abs(g.rows[0][i]) + flow.step * abs(g.rows[1][i]));
         g.bend = g.bend + abs(g.rows[2][i]);
     }
     g.push = flow.step * largest;

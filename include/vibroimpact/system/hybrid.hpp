@@ -45,6 +45,7 @@ struct gap_terms {
 template <class R, int Dimension, int Orders>
 struct watch {
     guard<R, Dimension, Orders> row;
+    terms_of_derivative terms[plain_orders];
     int element;
     bool held;
     int reset;  // which map y takes where the limit is reached; -1: none

@@ -45,13 +45,8 @@ struct noise {
     double largest, zero = tie_margin;
 };
 
-template <class Guard, class Flow>
-VI_HD inline double rounding_of_derivative(const Guard& g, int m, const noise& of,
-                                           const Flow& flow) {
-    double sum = abs(g.gains[m]) + flow.step * abs(g.gains[m + 1]);
-    for (int j = 0; j < flow.dimension(); ++j)
-        sum = sum + (abs(g.rows[m][j]) + flow.step * abs(g.rows[m + 1][j])) * of.largest;
-    return of.zero * sum;
+VI_HD inline double rounding_of(const terms_of_derivative& terms, const noise& of) {
+    return of.zero * (terms.adds + terms.per_largest * of.largest);
 }
 
 template <int D>
@@ -68,16 +63,16 @@ struct standing {
     bool inside;
     double margin;
 };
-template <class Guard, class Flow, int D>
-VI_HD inline standing standing_at(const Guard& g, int side, const vec<double, D>& y,
+template <class Watch, class Flow, int D>
+VI_HD inline standing standing_at(const Watch& w, int side, const vec<double, D>& y,
                                   const noise& of, const Flow& flow) {
+    const auto& g = w.row;
     const double limit = side > 0 ? g.upper : g.lower;
     const int n = flow.dimension();
     const double margin = side * (limit - guard_value(g, 0, y, n));
     for (int m = 0; m <= most_zeros; ++m) {
         const double d = m == 0 ? margin : -side * guard_value(g, m, y, n);
-        const double rounding =
-            rounding_of_derivative(g, m, of, flow) + (m == 0 ? of.zero * abs(limit) : 0.0);
+        const double rounding = rounding_of(w.terms[m], of) + (m == 0 ? of.zero * abs(limit) : 0.0);
         if (abs(d) > rounding) return {m, d > 0.0, margin};
     }
     return {most_zeros + 1, true, margin};
@@ -91,16 +86,17 @@ template <class Watch, class Flow, int D>
 VI_HD inline verdict_of_watch look_at(const Watch& w, const vec<double, D>& y, const noise& of,
                                       const Flow& flow) {
     const double u = guard_value(w.row, 0, y, flow.dimension());
+    const double rounding_of_u = rounding_of(w.terms[0], of);
     verdict_of_watch out;
     if (w.held) {
         // four times, as the states that slip have larger terms than this one, u' being zero here
-        out.allowed = abs(u) <= 4.0 * rounding_of_derivative(w.row, 0, of, flow);
+        out.allowed = abs(u) <= 4.0 * rounding_of_u;
         return {out.allowed, out.allowed};
     }
     for (int side = -1; side <= 1; side += 2) {
         const double limit = side > 0 ? w.row.upper : w.row.lower;
         if (!(abs(limit) < 0x1p1000)) continue;
-        const double rounding = rounding_of_derivative(w.row, 0, of, flow) + of.zero * abs(limit);
+        const double rounding = rounding_of_u + of.zero * abs(limit);
         const double margin = side * (limit - u);
         out.allowed = out.allowed && margin >= -rounding;
         out.inside = out.inside && margin > rounding;
@@ -118,7 +114,7 @@ VI_HD inline int side_crossed(const Mode& m, int j, const vec<double, D>& y, con
     to.offset[j] = 0.0;
     for (int side = -1; side <= 1; side += 2) {
         if (!(abs(side > 0 ? g.upper : g.lower) < 0x1p1000)) continue;
-        const auto at = standing_at(g, side, y, of, m.flow);
+        const auto at = standing_at(m.watched.at[j], side, y, of, m.flow);
         if (!at.inside && crossed == 0) crossed = side;
         if (at.zeros == 0) continue;
         to.zeros[j] = side * at.zeros;
@@ -134,8 +130,9 @@ VI_HD inline bool can_last(const Mode& m, const vec<double, D>& y, const noise& 
         const auto& w = m.watched.at[j];
         to.zeros[j] = 0;
         to.offset[j] = 0.0;
-        if (!look_at(w, y, of, m.flow).allowed) return false;
-        if (!w.held && side_crossed(m, j, y, of, to) != 0) return false;
+        const auto seen = look_at(w, y, of, m.flow);
+        if (!seen.allowed) return false;
+        if (!seen.inside && side_crossed(m, j, y, of, to) != 0) return false;
     }
     return true;
 }
@@ -184,7 +181,7 @@ VI_HD inline bool is_driven_in(const hybrid<Flow>& system, const State& at, int 
     const noise of{max(at.elements.size, largest_of(at.y, n))};
     for (int k = 2; k <= most_zeros; ++k) {
         const double d = gap_derivative<double>(system, at, contact, k);
-        if (abs(d) > rounding_of_derivative(g, k, of, m.flow)) return d < 0.0;
+        if (abs(d) > rounding_of({g, k, m.flow}, of)) return d < 0.0;
     }
     return false;
 }
