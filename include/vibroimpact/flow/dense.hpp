@@ -16,6 +16,7 @@
 #pragma once
 
 #include "vibroimpact/flow/modal.hpp"
+#include "vibroimpact/numeric/row_pack.hpp"
 
 namespace vi {
 
@@ -114,14 +115,29 @@ struct linear_field : sizes<Shape> {
         const int n = this->dimension();
         propagator p{};
         p.shift = apply(second, first.shift);
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j) {
-                R sum = second.change[i][0] * first.change[0][j];
-                for (int m = 1; m < n; ++m)
-                    sum = sum + second.change[i][m] * first.change[m][j];
-                p.change[i][j] = (second.change[i][j] + first.change[i][j]) + sum;
-            }
+        for (int i = 0; i < n; ++i) {
+            const state<R> sum = times(second.change[i], first.change);
+            for (int j = 0; j < n; ++j)
+                p.change[i][j] = (second.change[i][j] + first.change[i][j]) + sum[j];
+        }
         return p;
+    }
+
+    // A row times a matrix.
+    VI_HD constexpr state<R> times(const vec<R, max_dimension>& row, const matrix& by) const {
+        const int n = this->dimension();
+        state<R> out = row;
+        if constexpr (is_same<R, double>) {
+            add_rows(row, by, n, out);
+        } else {
+            for (int j = 0; j < n; ++j) {
+                R sum = row[0] * by[0][j];
+                for (int i = 1; i < n; ++i)
+                    sum = sum + row[i] * by[i][j];
+                out[j] = sum;
+            }
+        }
+        return out;
     }
 };
 
@@ -180,15 +196,7 @@ struct dense_flow : linear_field<R, Shape> {
     }
 
     VI_HD constexpr vec<R, max_dimension> next_row(const vec<R, max_dimension>& r) const {
-        const int n = this->dimension();
-        vec<R, max_dimension> out = r;
-        for (int j = 0; j < n; ++j) {
-            R sum = r[0] * b[0][j];
-            for (int i = 1; i < n; ++i)
-                sum = sum + r[i] * b[i][j];
-            out[j] = sum;
-        }
-        return out;
+        return this->times(r, b);
     }
     VI_HD constexpr R row_gain(const vec<R, max_dimension>& r) const {
         return dot(r, constant, this->dimension());

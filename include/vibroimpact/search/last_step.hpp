@@ -8,7 +8,7 @@
 // Reference   theory.md, (T16d)
 #pragma once
 
-#include "vibroimpact/search/grid/grid_bounds.hpp"
+#include "vibroimpact/search/grid/guards_scan.hpp"
 
 namespace vi {
 
@@ -18,9 +18,14 @@ inline constexpr double flattest = 0x1p-18;           // g'' s / (2 g')
 
 namespace detail {
 
+// Whether the guard that is hit is one of many, to be found by its number.
+template <class Mode, class R>
+inline constexpr bool by_number = is_same<R, double> && Mode::flow_type::several_may_cross;
+
 // value_of(guard) of the contact that hits.
 template <class T, class Mode, class R, class Value>
 VI_HOT T value_at_hit(const Mode& m, const stop_hit<R>& hit, const Value& value_of) {
+    if constexpr (by_number<Mode, R>) return value_of(m.guards[static_cast<int>(hit.contact)]);
     T u = value_of(m.guards[0]);
     for (int i = 1; i < m.flow.contacts(); ++i)
         u = select(hit.contact == static_cast<double>(i), value_of(m.guards[i]), u);
@@ -53,8 +58,9 @@ struct expansion {
 };
 template <class R, class Mode, int D>
 VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const stop_hit<R>& hit) {
-    auto u = expand(m.guards[0], y, m.flow);
-    for (int i = 1; i < m.flow.contacts(); ++i) {
+    auto u = expand(m.guards[by_number<Mode, R> ? static_cast<int>(lane(hit.contact, 0)) : 0], y,
+                    m.flow);
+    for (int i = 1; !by_number<Mode, R> && i < m.flow.contacts(); ++i) {
         const auto other = expand(m.guards[i], y, m.flow);
         const mask_t<R> mine = hit.contact == static_cast<double>(i);
         for (int k = 0; k < 4; ++k)

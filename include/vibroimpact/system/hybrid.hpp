@@ -14,7 +14,7 @@
 // The last `lines` pairs of y are the forcing lines (sin theta, omega cos theta) in every mode.
 #pragma once
 
-#include "vibroimpact/system/quick_mode.hpp"
+#include "vibroimpact/system/large_mode.hpp"
 #include "vibroimpact/system/stride.hpp"
 
 namespace vi {

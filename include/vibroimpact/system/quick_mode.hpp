@@ -51,6 +51,19 @@ struct quick_flow : sizes<Shape> {
     R grid_error[grids];
     R scan_length;
 
+    template <class Field>
+    VI_HD void set_field(const Field& from) {
+        b = from.b;
+        constant = from.constant;
+    }
+    template <class Matrix>
+    VI_HD void set_power(int k, int n, const Matrix& e, const vec<R, max_dimension>& shift) {
+        powers[k].shift = shift;
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                powers[k].e[i][j] = e[i][j];
+    }
+
     VI_HOT R part() const { return step * (1.0 / parts_of_step); }
     template <class T>
     VI_HOT constexpr bool drifts(int) const {
@@ -154,25 +167,14 @@ struct quick_guard {
 template <class R, class Shape>
 struct quick_mode {
     using flow_type = quick_flow<R, Shape>;
+    static constexpr bool in_lanes = true;
     flow_type flow;
     quick_guard<R, Shape> guards[Shape::max_contacts];
     int number[Shape::max_contacts]; // of each guard in the mode: contacts first, then watches
     bool able;                       // whether any flight can be quick
-};
 
-// Whether a flow without blocks has modes of elements that are small enough to be stored for quick flights.
-inline constexpr int largest_quick = 8;
-template <class Flow>
-inline constexpr bool has_quick_modes =
-    !is_modal<Flow> && Flow::shape_type::max_watches > 0 && Flow::max_dimension <= largest_quick;
-struct no_quick_mode {};
-template <class R, class Flow, bool Quick = has_quick_modes<Flow>>
-struct quick_of {
-    using type = no_quick_mode;
-};
-template <class R, class Flow>
-struct quick_of<R, Flow, true> {
-    using type = quick_mode<R, guarded_of<typename Flow::shape_type>>;
+    VI_HD void set_guard(int i, const quick_guard<R, Shape>& from) { guards[i] = from; }
+    VI_HD void fill_up() {}
 };
 
 // Guards are read as those of modal flows are.
@@ -212,16 +214,30 @@ VI_HOT R fourth_of(const quick_guard<R, Shape>& g, const quick_flow<R, Shape>& f
     return flow.bounded(g.fourth, y, g.least_fourth);
 }
 
-// A row times a propagator of another's flow, and the gain that comes with it.
-template <class Propagator, int D>
-VI_HD inline double row_before(const Propagator& p, int n, double gain, vec<double, D>& row) {
-    vec<double, D> out{};
-    for (int i = 0; i < n; ++i) {
-        gain = gain + row[i] * p.shift[i];
-        for (int j = 0; j < n; ++j)
-            out[j] = out[j] + row[i] * p.entry(i, j);
+// exp(B t), its entries as they are.
+template <int D>
+struct whole_propagator {
+    vec<vec<double, D>, D> e;
+    vec<double, D> shift;
+
+    template <class Propagator>
+    VI_HD whole_propagator(const Propagator& from, int n) : shift(from.shift) {
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                e[i][j] = from.entry(i, j);
     }
-    row = out;
+};
+
+// A row times a propagator of another's flow, and the gain that comes with it.
+template <int D>
+VI_HD inline double row_before(const whole_propagator<D>& p, int n, double gain,
+                               vec<double, D>& row) {
+    vec<double, D> out;
+    for (int i = 0; i < n; ++i)
+        gain = gain + row[i] * p.shift[i];
+    add_rows(row, p.e, n, out);
+    for (int i = 0; i < n; ++i)
+        row[i] = out[i];
     return gain;
 }
 
@@ -336,43 +352,46 @@ VI_HD inline bool is_plain(const Flow& flow) {
 } // namespace detail
 
 // Fills what quick flights read of a mode, once its flow and guards have their numbers.
-template <class Shape, class Mode>
-VI_HD inline void prepare_quick_mode(quick_mode<double, Shape>& to, const Mode& m) {
+template <class Quick, class Mode>
+VI_HD inline void prepare_quick_mode(Quick& to, const Mode& m) {
+    using Shape = typename Quick::flow_type::shape_type;
+    using propagator = detail::whole_propagator<Shape::max_dimension>;
     const auto& from = m.flow;
     auto& flow = to.flow;
-    const int n = from.dimension();
-    flow.b = from.b;
-    flow.constant = from.constant;
-    flow.step = detail::leading_bits(0.7 / detail::scaled_norm(from));
-    const double h = flow.step;
-    const auto once = from.at_time(h), narrow = from.at_time(h / narrower);
-    auto power = once;
-    for (int k = 0; k < longest_powers; ++k, power = from.after(power, power)) {
-        flow.powers[k].shift = power.shift;
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j < n; ++j)
-                flow.powers[k].e[i][j] = power.entry(i, j);
+    const int n = from.dimension(), contacts = from.contacts();
+    int count = 0;
+    to.able = detail::is_plain(from);
+    for (int i = 0; i < contacts; ++i) {
+        to.able = to.able && m.guards[i].closed == no_side;
+        to.number[count++] = i;
     }
+    for (int j = 0; j < m.watched.count; ++j)
+        if (!m.watched.at[j].held) to.number[count++] = contacts + j;
+    const double norm = detail::scaled_norm(from);
+    to.able = to.able && count > 0 && norm > 0.0;
+    static_cast<sizes<Shape>&>(flow) = {n, from.lines(), count, false};
+    if (!(norm > 0.0) || (!to.able && !to.in_lanes)) return; // lanes have numbers of all modes
+    flow.set_field(from);
+    flow.step = detail::leading_bits(0.7 / norm);
+    const double h = flow.step;
+    auto power = from.at_time(h);
+    const propagator once(power, n), narrow(from.at_time(h / narrower), n);
+    for (int k = 0; k < longest_powers; ++k, power = from.after(power, power))
+        flow.set_power(k, n, propagator(power, n).e, power.shift);
     for (int i = 0; i < grids; ++i) {
         const double apart = i == wide_grid ? h : h / narrower;
         flow.spacing[i] = i == wide_grid ? parts_of_step : parts_of_step / narrower;
         flow.grid_error[i] = 5.0 / 96 * (apart * apart) * (apart * apart);
     }
     flow.scan_length = grid_times * h;
-    int count = 0;
-    to.able = detail::is_plain(from);
-    const auto add = [&](const auto& g, int number) {
-        detail::set_quick_guard(to.guards[count], g, from, h, once, narrow);
-        to.number[count++] = number;
-    };
-    for (int i = 0; i < from.contacts(); ++i) {
-        to.able = to.able && m.guards[i].closed == no_side;
-        add(m.guards[i], i);
+    for (int i = 0; i < count; ++i) {
+        const int j = to.number[i] - contacts;
+        quick_guard<double, Shape> one;
+        detail::set_quick_guard(one, j < 0 ? m.guards[j + contacts] : m.watched.at[j].row, from, h,
+                                once, narrow);
+        to.set_guard(i, one);
     }
-    for (int j = 0; j < m.watched.count; ++j)
-        if (!m.watched.at[j].held) add(m.watched.at[j].row, from.contacts() + j);
-    to.able = to.able && count > 0;
-    static_cast<sizes<Shape>&>(flow) = {n, from.lines(), count, false};
+    to.fill_up();
 }
 
 } // namespace vi

@@ -154,7 +154,7 @@ VI_HOT void sharpen(const Mode& m, vec<T, D>& y, quick_landing<T>& at) {
 // From the state y along the narrow grid.
 template <class R, class Mode, int D, int K>
 VI_RARE void scan_narrow_grid(const Mode& m, const vec<R, D>& y, const vec<R, K>& touching,
-                              grid_scan<R, K>& narrow) {
+                              scan_type<Mode, R, K>& narrow) {
     narrow.scan(m, narrow_grid, y, touching);
     narrow.cross(m);
 }
@@ -296,7 +296,7 @@ private:
         vec<R, K> touching;
         for (int i = 0; i < m().flow.contacts(); ++i)
             touching[i] = only(here, at_.touching[i]);
-        detail::grid_scan<R, K> close;
+        detail::scan_type<Mode, R, K> close;
         detail::scan_narrow_grid(m(), values_of(y, m().flow.dimension()), touching, close);
         // lanes that never were in this mode have no steps of it: what stands there may be NaN
         flown_ = flown_ + only(stuck_, before * m().flow.part());
@@ -355,7 +355,7 @@ private:
     memory_type& memory_;
     mask_t<T> going_, stuck_, recalled_;
     bool scans_, repeats_; // whether any lane does
-    detail::grid_scan<R, K> wide_;
+    detail::scan_type<Mode, R, K> wide_;
     detail::neighbour<T, R, D> near_;
     detail::prediction<R> predicted_;
     repeated again_;
