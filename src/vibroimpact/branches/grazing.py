@@ -253,18 +253,18 @@ def grazings(
         between = cache(lambda i: _Between(family, curve, i, bounds))  # of all places
         for place, gap in zip(places, values, strict=True):
             if np.isfinite(gap[i : i + 2]).all():
-                yield from _within(between, place, gap, i)
+                yield from _within(between, place, curve.arclength, gap, i)
 
 
 def _within(
-    between: Callable[[int], _Between], place: Place, gaps: Floats, i: int
+    between: Callable[[int], _Between], place: Place, arclength: Floats, gaps: Floats, i: int
 ) -> Iterator[Grazing | Unresolved]:
     """Grazings between points i and i + 1 (1)."""
     from scipy.optimize import minimize_scalar
 
     if _crosses(gaps, i):
         yield from _zero(_Gap(between(i), place, gaps), 0.0, 1.0)
-    elif gaps[i] > 0.0 and _dips(gaps, i):
+    elif gaps[i] > 0.0 and _dips(arclength, gaps, i):
         gap = _Gap(between(i), place, gaps)
         most = float(gaps[i : i + 2].max())  # where L is infinite, its extremum has vanished
         low = minimize_scalar(
@@ -286,11 +286,23 @@ def _crosses(gaps: Floats, i: int) -> bool:
     return bool(low * high < 0.0 or (low == 0.0 and (i == 0 or gaps[i - 1] * high < 0.0)))
 
 
-def _dips(gaps: Floats, i: int) -> bool:
-    """Whether the least gap may have a minimum below zero between points i and i + 1."""
-    fall = gaps[i - 1] - gaps[i] if i > 0 else 0.0
-    rise = gaps[i + 2] - gaps[i + 1] if i + 2 < len(gaps) else 0.0
-    return bool(fall > 0.0 and rise > 0.0 and min(gaps[i : i + 2]) < max(fall, rise))
+def _dips(arclength: Floats, gaps: Floats, i: int) -> bool:
+    """Whether the least gap may have a minimum below zero between points i and i + 1.
+
+    Where it is convex it lies above the chords from both sides, extended to where they meet.
+    """
+    if not 0 < i < len(gaps) - 2:
+        return False
+    fall, rise = (
+        float((gaps[k + 1] - gaps[k]) / (arclength[k + 1] - arclength[k])) for k in (i - 1, i + 1)
+    )
+    if not fall < 0.0 < rise:
+        return False
+    if not (math.isfinite(fall) and math.isfinite(rise)):
+        return True
+    whole = float(arclength[i + 1] - arclength[i])
+    meet = (rise * whole - float(gaps[i + 1] - gaps[i])) / (rise - fall)
+    return float(gaps[i]) + fall * min(max(meet, 0.0), whole) < 0.0
 
 
 def _zero(gap: _Gap, low: float, high: float) -> Iterator[Grazing | Unresolved]:

@@ -48,9 +48,9 @@ from vibroimpact.model.stop import Stop
 
 # A flight and Newton's method are rounded by so much, relative to the amplitude and to the period.
 PLAY_OF_AMPLITUDE = 1e-11
-# A rate at a phase of a motion without events, relative to its largest, of which the extremum is so near
-# that the gap there differs from it by the square of this.
-FLAT_AT_PHASE = 1e-7
+# A rate at an end of a flight, relative to its largest, of which the extremum is so near that the gap there differs
+# from it by the square of this.
+FLAT_AT_END = 1e-7
 EDGE_OF_FLIGHT = 1e-3  # an end of a flight is nearer, relative to its duration
 # The guard of the element that has just changed is at its limit within this.
 LIMIT_OF_AMPLITUDE = 1e-9
@@ -203,7 +203,7 @@ def _gaps(guard: GuardAlong, along: Passage, ends: _Ends, whole: float) -> Itera
     inside = [
         (t, u)
         for t, u in along.extrema
-        if margin < t < whole - margin and not _leaves(guard, ends, t, u, whole)
+        if margin < t < whole - margin and not _leaves(guard, along, ends, t, u, whole)
     ]
     own = _own(guard, along, ends, [t for t, _ in inside]) if guard.watch == GAP_WATCH else set()
     edges = [
@@ -221,22 +221,33 @@ def _own(guard: GuardAlong, along: Passage, ends: _Ends, times: list[float]) -> 
     own = set()
     for edge, sense in enumerate((1.0, -1.0)):
         contact, side = ends.stops[edge]
-        if contact != guard.contact or not times or (edge == 0 and ends.released):
+        if (
+            contact != guard.contact
+            or not times
+            or (edge == 0 and _opens_slowly(guard, along, ends))
+        ):
             continue
         if sense * side * along.rates[edge] > 0.0:
             own.add(min(range(len(times)), key=lambda j, sense=sense: sense * times[j]))  # type: ignore[misc]
     return own
 
 
-def _leaves(guard: GuardAlong, ends: _Ends, time: float, u: float, whole: float) -> bool:
+def _opens_slowly(guard: GuardAlong, along: Passage, ends: _Ends) -> bool:
+    """Whether a gap opens at speed zero: of a stop that is released, or after a plastic impact."""
+    return ends.released or abs(along.rates[0]) <= FLAT_AT_END * guard.fastest
+
+
+def _leaves(
+    guard: GuardAlong, along: Passage, ends: _Ends, time: float, u: float, whole: float
+) -> bool:
     """Whether an extremum of a guard is its touch of a limit where the element changes.
 
-    Slip begins at speed and acceleration zero, where both levels of friction are equal; and so does the
-    gap of a stop that is released.
+    Slip begins at speed and acceleration zero, where both levels of friction are equal; and the gap of a stop at speed
+    zero where it is released, or after a plastic impact.
     """
     near = [time < EDGE_OF_FLIGHT * whole, time > (1.0 - EDGE_OF_FLIGHT) * whole]
     if guard.watch == GAP_WATCH:
-        near = [near[0] and ends.released, False]
+        near = [near[0] and _opens_slowly(guard, along, ends), False]
     own = any(near[edge] and guard.contact in ends.together[edge] for edge in (0, 1))
     beyond = min(abs(guard.lower - u), abs(u - guard.upper))
     return own and beyond <= LIMIT_OF_AMPLITUDE * guard.size
@@ -249,7 +260,7 @@ def _counts(guard: GuardAlong, along: Passage, ends: _Ends, edge: int) -> bool:
     """
     contact = ends.stops[edge][0]
     if contact == PHASE:  # nothing happens there: only an extremum counts
-        return abs(along.rates[edge]) <= FLAT_AT_PHASE * guard.fastest
+        return abs(along.rates[edge]) <= FLAT_AT_END * guard.fastest
     if guard.watch != GAP_WATCH:
         beyond = max(guard.lower - along.values[edge], along.values[edge] - guard.upper)
         if beyond > LIMIT_OF_AMPLITUDE * guard.size:
