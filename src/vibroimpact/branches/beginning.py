@@ -53,7 +53,8 @@ Begins = Callable[[BifurcationPoint, Bounds], "BranchStart | NotFound"]
 LEAST_REGULAR_SINGULAR_VALUE = 1e-9
 # These are the steps of (3) beyond a touch, in ranges of the parameter.
 STEPS_BEYOND_TOUCH = (1e-4, 1e-3, 1e-2)
-SIMULATED_PERIODS = 3.5  # (3) simulates so many periods
+# (3) simulates so many periods: near an unstable orbit a motion stays for a few, to a stable one it settles.
+SIMULATED_PERIODS = (3.5, 20.5)
 # A step of this length along a scaled tangent finds the side on which the touching impact closes.
 NUDGE_ALONG_TANGENT = 1e-4
 
@@ -128,35 +129,44 @@ def grown(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
 
 def neighbouring(point: BifurcationPoint, bounds: Bounds) -> BranchStart | NotFound:
     """Start (3) on the branch of the orbits with an event more, or fewer."""
-    known, name, why = point.orbit.signature, point.name, set()
-    for step in STEPS_BEYOND_TOUCH:
-        for p in (point.parameter + step * (bounds[1] - bounds[0]) * sign for sign in (1.0, -1.0)):
-            if not bounds[0] < p < bounds[1]:
-                continue
-            system = with_parameter(point.orbit.system, name, p)
-            start = before_stops(system, point.orbit.state)  # stops may move with the parameter
-            try:
-                run = simulate(system, start, t_max=SIMULATED_PERIODS * point.orbit.period)
-            except InvalidParameterError as error:  # there is no place between the stops
-                why.add(str(error))
-                continue
-            loop = closing_loop(run, None, known.cycles)
-            if isinstance(loop, str):
-                why.add(loop)
-                continue
-            found = find_orbit(system, run, cycles=known.cycles)
-            if not found.converged or sorted(found.signature.impacts) == sorted(known.impacts):
-                continue
-            z = found.problem.packed(found.states, found.durations)
-            span = bounds[1] - bounds[0]
-            family = OrbitFamily.around(
-                system, found.signature, name, z, span, point.problem.events
-            )
-            tangent = single_tangent(family, z, p)
-            if tangent is not None:
-                return BranchStart(family, z, p, tangent, both=True)
+    why = set[str]()
+    for periods in SIMULATED_PERIODS:
+        for step in STEPS_BEYOND_TOUCH:
+            for sense in (1.0, -1.0):
+                p = point.parameter + step * (bounds[1] - bounds[0]) * sense
+                found = (
+                    _closing_beyond(point, bounds, p, periods) if bounds[0] < p < bounds[1] else ""
+                )
+                if isinstance(found, BranchStart):
+                    return found
+                why.add(found)
     none = "no orbit with another sequence was found next to it"
-    return NotFound(point, "; ".join([none, *sorted(why)]))
+    return NotFound(point, "; ".join([none, *sorted(filter(None, why))]))
+
+
+def _closing_beyond(
+    point: BifurcationPoint, bounds: Bounds, p: float, periods: float
+) -> BranchStart | str:
+    """Start (3) from the motion at a value of the parameter; or why there is none, "" where it has the same events."""
+    known, name = point.orbit.signature, point.name
+    system = with_parameter(point.orbit.system, name, p)
+    start = before_stops(system, point.orbit.state)  # stops may move with the parameter
+    try:
+        run = simulate(system, start, t_max=periods * point.orbit.period)
+    except InvalidParameterError as error:  # there is no place between the stops
+        return str(error)
+    loop = closing_loop(run, None, known.cycles)
+    if isinstance(loop, str):
+        return loop
+    found = find_orbit(system, run, cycles=known.cycles)
+    if not found.converged or sorted(found.signature.impacts) == sorted(known.impacts):
+        return ""
+    z = found.problem.packed(found.states, found.durations)
+    family = OrbitFamily.around(
+        system, found.signature, name, z, bounds[1] - bounds[0], point.problem.events
+    )
+    tangent = single_tangent(family, z, p)
+    return "" if tangent is None else BranchStart(family, z, p, tangent, both=True)
 
 
 def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
