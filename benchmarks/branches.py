@@ -20,12 +20,22 @@ import numpy as np
 import vibroimpact as vi
 from benchmarks.case import SET_A
 from vibroimpact.orbits.find import repeated, unfolded
+from vibroimpact.simulation.simulate import before_stops
 
 POINTS = 200
 RANGE = (0.5, 1.5)
 REFERENCE = Path(__file__).parents[1] / "tests" / "reference" / "bifurcations.toml"
 DEGREES = (1, 2, 5, 10)
 IMPACTS = (2, 4, 8, 12)
+# A machine of two coordinates, where its branch begins, and how far it is followed, through changes of the sequence.
+THROUGH: dict[str, tuple[vi.Element, float, tuple[float, float]]] = {
+    "soft stop": (vi.SoftStop((0.0, 1.0), upper=0.3, stiffness=10.0, damping=0.2), 0.9, (0.8, 1.3)),
+    "stick and slip": (vi.Friction((1.0, 0.0), kinetic=0.6, static=0.6), 0.5, (0.4, 0.7)),
+    "rest, plastic impacts": (
+        vi.RigidStop((0.0, 1.0), upper=0.2, restitution=0.0), 0.5, (0.45, 0.65),
+    ),
+    "rest after chatter": (vi.RigidStop((0.0, 1.0), upper=0.1, restitution=0.4), 0.3, (0.25, 0.32)),
+}  # fmt: skip
 NARROW = 0.02  # of omega: a branch of POINTS / 2 points in each direction is cut off there
 
 
@@ -135,6 +145,46 @@ def _at(orbit: vi.Orbit, omega: float) -> vi.ImpactDamper | vi.Mechanism:
     return replace(system, forces=(vi.Harmonic(omega, line.sine, line.cosine),))
 
 
+@dataclass(slots=True)
+class Through:
+    """One line of the second table."""
+
+    what: str
+    sequences: int
+    points: int
+    seconds_per_200: float
+
+
+def through(what: str, rounds: int) -> Through:
+    """Branch of one machine of two coordinates, which follows what exists; it is asserted that simulation returns."""
+    element, omega, bounds = THROUGH[what]
+    machine = vi.Mechanism(
+        mass=np.eye(2), damping=[[0.15, -0.05], [-0.05, 0.1]], stiffness=[[2.0, -1.0], [-1.0, 2.0]],
+        forces=(vi.Harmonic(omega, (0.0, 0.0), (1.5, 0.0)),), elements=(element,),
+    )  # fmt: skip
+
+    def begin(offset: float) -> vi.Orbit:  # another start: nothing is remembered from before
+        here = replace(
+            machine, forces=(vi.Harmonic(omega * (1.0 + offset), (0.0, 0.0), (1.5, 0.0)),)
+        )
+        return vi.find_orbit(here, vi.State((0.0, 0.0), (0.0, 0.0)))
+
+    starts = [begin(offset) for offset in 1e-6 * np.arange(rounds + 1)]
+    parts = [branch := vi.continue_orbit(starts[0], "omega", bounds), *branch.others]
+    for part in parts:
+        orbit = part.orbit(len(part) // 2)
+        start = before_stops(orbit.system, orbit.state)
+        end = vi.simulate(orbit.system, start, t_max=1.001 * orbit.period).at([orbit.period])
+        away = np.abs(end[0][0] - orbit.state.position).max()
+        assert away < 1e-6, (what, orbit, away)
+    waiting = iter(starts[1:])
+    spent = seconds(
+        lambda: vi.continue_orbit(next(waiting), "omega", bounds), rounds, time.process_time
+    )
+    points = sum(map(len, parts))
+    return Through(what, len(parts), points, spent / points * POINTS)
+
+
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Time branches and normal forms."""
     few = slice(1 if options.quick else None)
@@ -152,4 +202,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
             f"{row.what:20} {row.degrees:7} {row.impacts:7} {row.points:7} "
             f"{row.branch_seconds_per_200:15.2f} {row.normal_form_milliseconds:15.2f}"
         )
-    return {"rows": rows}
+    print(f"\n{'orbits with':22} {'sequences':>9} {'points':>7} {'CPU s / 200 points':>18}")
+    names = list(THROUGH)[: 1 if options.quick else None]
+    lines = [through(what, options.rounds) for what in names]
+    for line in lines:
+        print(f"{line.what:22} {line.sequences:9} {line.points:7} {line.seconds_per_200:18.2f}")
+    return {"rows": rows, "through": lines}
