@@ -14,13 +14,18 @@ EPS = np.finfo(float).eps
 
 
 def mesh(
-    omega: float = 0.9, one: float = 1.6, two: float = 0.8, load: float = 0.3, zeta: float = 0.05
+    omega: float = 0.9,
+    one: float = 1.6,
+    two: float = 0.8,
+    load: float = 0.3,
+    zeta: float = 0.05,
+    width: float = 2.0,
 ) -> vi.Mechanism:
-    """Transmission error of a pair of gears: two pairs of teeth press for 2 radians of the mesh, then one.
+    """Transmission error of a pair of gears: two pairs of teeth press for 2 radians (width) of the mesh, then one.
 
-    x'' + 2 zeta x' + k(t) x = load, k = one for phases in [0, 2), two in [2, 2 pi)
+    x'' + 2 zeta x' + k(t) x = load, k = one for phases in [0, width), two in [width, 2 pi)
     """
-    switch = vi.PhaseSwitch(omega, (0.0, 2.0), row=(1.0,), stiffness=(one, two))
+    switch = vi.PhaseSwitch(omega, (0.0, width), row=(1.0,), stiffness=(one, two))
     return vi.Mechanism(
         mass=[[1.0]], damping=[[2.0 * zeta]], stiffness=[[0.0]], constant_force=(load,), elements=(switch,),
     )  # fmt: skip
@@ -139,3 +144,12 @@ def test_a_dashpot_that_switches_loses_what_it_takes() -> None:
     run = vi.simulate(m, vi.State((0.0,), (1.0,)), t_max=4.0)
     assert run.last.velocity[0] == pytest.approx(math.exp(-1.2), rel=16 * EPS)
     np.testing.assert_allclose(run.forces(0.5)[0], -0.5 * math.exp(-0.25), rtol=16 * EPS)
+
+
+def test_a_branch_ends_with_a_reason_where_an_arc_is_half_a_turn() -> None:
+    """An arc longer than pi counts as two: beside this value the same motion has other arcs on either side."""
+    family = vi.Family(mesh, width=math.pi)
+    orbit = vi.find_orbit(family, vi.simulate(family, START, t_max=300.0))
+    branch = vi.continue_orbit(orbit, "width", (1.9, 4.0))
+    for end in branch.curve.ends:
+        assert "elements[0]: no flight ends so in this machine" in end.detail

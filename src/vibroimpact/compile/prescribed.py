@@ -351,8 +351,12 @@ class Prescribed:
 
     def stop_numbers(self, ends: Iterable[tuple[int, ...]]) -> list[int]:
         """Numbers of ends of flights, or of stops of a machine in mode 0, in the kernel."""
-        known = self.ends
-        return [known[end if len(end) == WHOLE_END else End(*end)] for end in ends]  # type: ignore[index]
+        known, asked = self.ends, [end if len(end) == WHOLE_END else End(*end) for end in ends]
+        if lost := next((end for end in asked if end not in known), None):
+            raise InvalidParameterError(
+                f"elements[{lost[0]}]: no flight ends so in this machine, which has other stops or arcs of phase."
+            )
+        return [known[end] for end in asked]  # type: ignore[index]
 
     def linearise(
         self, states: ArrayLike, durations: ArrayLike, ends: Iterable[tuple[int, ...]]
