@@ -14,16 +14,6 @@ namespace vi {
 #if !defined(__CUDACC__) && !defined(__CUDACC_RTC__)
 using row_pack = pack<native_lanes>;
 using row_pair = pack<2>;
-#else
-using row_pack = double;
-using row_pair = double;
-#endif
-inline constexpr int row_lanes = scalar_traits<row_pack>::lanes;
-
-// A length filled up to whole registers, of eight numbers in the largest.
-VI_HD constexpr int filled(int n) {
-    return (n + 7) / 8 * 8;
-}
 
 template <class Pack = row_pack>
 VI_HOT Pack load(const double* from) {
@@ -34,6 +24,24 @@ VI_HOT Pack load(const double* from) {
 template <class Pack>
 VI_HOT void store(double* to, const Pack& x) {
     __builtin_memcpy(to, &x, sizeof x);
+}
+#else
+using row_pack = double;
+using row_pair = double;
+
+template <class Pack = row_pack>
+VI_HOT Pack load(const double* from) {
+    return *from;
+}
+VI_HOT void store(double* to, double x) {
+    *to = x;
+}
+#endif
+inline constexpr int row_lanes = scalar_traits<row_pack>::lanes;
+
+// A length filled up to whole registers, of eight numbers in the largest.
+VI_HD constexpr int filled(int n) {
+    return (n + 7) / 8 * 8;
 }
 
 // to = the sum of n rows of a matrix, each times its number, and n numbers of each row. Two roundings for each product.
