@@ -74,6 +74,10 @@ EQUATION = re.compile(r"(?<![\[\w`$])\((T\d+[a-z]?)\)(?!\])")
 KEYS = re.findall(r"^@\w+\{(\w+),", (DOCS / "references.bib").read_text("utf-8"), re.MULTILINE)
 CITED = re.compile(rf"\[({'|'.join(KEYS)})\](?!\()")
 EQUATIONS = set(re.findall(r"\\tag\{(\w+)\}", (DOCS / "theory.md").read_text("utf-8")))
+# A script that is no module, which a page from a folder could not load.
+SHOW = """for (const one of document.querySelectorAll("div.explorer"))
+  mount(one, new URL(one.dataset.page, location.href), { height: "46rem" });
+"""
 EXPLORER = re.compile(r"^<!-- explorer: (\S+) -->$", re.MULTILINE)
 FENCED = re.compile(r"(^```.*?^```)", re.MULTILINE | re.DOTALL)
 CODE = re.compile(r"(^```.*?^```|`[^`\n]+`|\$\$.*?\$\$|\$[^$\n]+\$)", re.MULTILINE | re.DOTALL)
@@ -194,13 +198,19 @@ def frame(match: re.Match[str]) -> str:
     address = html.escape(f"_static/explorer.html#{match[1]}")
     whole = html.escape(f"_static/explorer.html#{link}")
     return (
-        f'<iframe class="explorer" src="{address}" title="{machine} in the explorer" loading="lazy"></iframe>\n'
+        f'<div class="explorer" data-page="{address}"></div>\n'
         f'<p class="explorer"><a href="{whole}">The same machine and start, with every panel</a></p>'
     )
 
 
 def write_explorer(folder: Path, *, quick: bool) -> None:
-    """The explorer's page, with the machines of the catalogue; with the damper alone where it is to be quick."""
+    """What shows the explorer, and its page: with all machines, with the damper alone where it is to be quick."""
+    embed = (
+        PAGE.with_name("embed.js")
+        .read_text(encoding="utf-8")
+        .replace("export function", "function")
+    )
+    (folder / "_static" / "explorer.js").write_text(f"{{\n{embed}{SHOW}}}\n", encoding="utf-8")
     if not PAGE.exists():
         return
     machines = {name: one for name, one in catalogue().items() if name == FIRST or not quick}

@@ -452,6 +452,12 @@ def test_in_another_page_the_state_is_set_and_told(tab: Any, tmp_path: Path) -> 
     assert tab.evaluate("states.at(-1)")["values"]["restitution"] == 0.5
     tab.evaluate("explorer.setState({ values: { restitution: -0.5 } })")
     inner.get_by_text("asked for -0.5").wait_for()
+    for scheme in ("dark", "light"):  # of the other page, not of the system
+        tab.emulate_media(color_scheme="light" if scheme == "dark" else "dark")
+        tab.evaluate(f"document.documentElement.style.colorScheme = '{scheme}'")
+        inner.locator(f"html[style='color-scheme: {scheme};']").wait_for()
+        ground = inner.locator("body").evaluate("(body) => getComputedStyle(body).backgroundColor")
+        assert (int(re.findall(r"\d+", ground)[0]) < 128) == (scheme == "dark")
 
 
 HERE_ALONE = "http://localhost:9"  # nobody is asked there
@@ -477,6 +483,7 @@ widget.render({ model, el: document.getElementById("cell") });
 
 
 def test_the_widget_takes_links_and_gives_those_of_the_page(browser: Any) -> None:
+    pytest.importorskip("anywidget", reason="anywidget is not installed")
     damper = vi.ImpactDamper(**vi.ImpactDamper.example)
     link = link_of(replace(damper, omega=0.875), damper.free_start())
     content = page.page_with({"impact-damper": machine_data(damper)}, "impact-damper").encode()

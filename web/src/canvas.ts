@@ -7,6 +7,16 @@ export interface Ink {
   [name: string]: string;
 }
 export let ink: Ink = {};
+export const DARK = "(prefers-color-scheme: dark)";
+const dark = [...document.styleSheets].flatMap(({ cssRules }) => [...cssRules])
+  .find((rule): rule is CSSMediaRule => rule instanceof CSSMediaRule && rule.conditionText === DARK)!;
+
+/** Take the colours of a scheme, "light" or "dark", of the system's for any other. */
+export function colourBy(scheme: string): void {
+  dark.media.mediaText = scheme === "dark" ? "all" : scheme === "light" ? "not all" : DARK;
+  document.documentElement.style.colorScheme = scheme;
+}
+
 /** Read the colours of the page, which its scheme chooses. */
 export function readColours(): void {
   const style = getComputedStyle(document.documentElement);

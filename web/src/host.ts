@@ -23,6 +23,7 @@ export interface Answer {
 interface Heard {
   state?: Changes;
   panels?: string[];
+  scheme?: string; // "light" or "dark", the system's for any other
   answers?: boolean;
   question?: Question;
   answer?: Answer;
@@ -42,11 +43,14 @@ export function tell(state: State): void {
 }
 
 /** Say that the page is ready, and hear what is set. */
-export function listenToHost(set: (changes: Changes) => Promise<void>, show: (panels: string[]) => void): void {
+export function listenToHost(
+  set: (changes: Changes) => Promise<void>, show: (panels: string[]) => void, shade: (scheme: string) => void,
+): void {
   addEventListener("message", ({ source, data }: MessageEvent<{ vibroimpact?: Heard } | null>) => {
     const heard = data?.vibroimpact;
     if (source !== host || !heard) return;
     if (heard.answers) answers = true;
+    if (heard.scheme) shade(heard.scheme);
     if (heard.panels?.length) show(heard.panels);
     if (heard.state && Object.keys(heard.state).length) void set(heard.state);
     if (heard.question) {

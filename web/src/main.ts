@@ -1,6 +1,6 @@
 // The page: what is chosen, what moves, and what is told of it.
 
-import { BOTTOM, frameOf, ink, LEFT, paint, pngOf, readColours, svgOf, TOP } from "./canvas";
+import { BOTTOM, colourBy, DARK, frameOf, ink, LEFT, paint, pngOf, readColours, svgOf, TOP } from "./canvas";
 import { controls, menus, ranges, refresh } from "./controls";
 import { chosenCode, Crew, inflated } from "./crew";
 import { type MachineData, machinesOf, type Start, unpacked, withCoordinates } from "./data";
@@ -50,7 +50,10 @@ async function begin(): Promise<void> {
   choose(from?.machine ?? all.chosen, from ?? {});
   if (said) say(said);
   listen();
-  listenToHost(set, show);
+  listenToHost(set, show, (scheme) => {
+    colourBy(scheme);
+    redraw();
+  });
   requestAnimationFrame(frame);
   document.body.dataset.ready = "1";
 }
@@ -381,7 +384,7 @@ function listen(): void {
     if (said) say(said);
   });
   addEventListener("resize", redraw);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  matchMedia(DARK).addEventListener("change", redraw);
   redraw();
 }
 

@@ -5,7 +5,9 @@
 //   explorer.onState((state) => console.log(state.machine, state.values, state.start));
 //
 // A state is {machine: name, values: {parameter: number}, start: {x: [...], v: [...], phase}}; one that is told has also
-// its permalink, `link`. To set one, what it does not name stays; {link} sets what the link names. The page is the text of page_with() in page.py, or the address of such a file.
+// its permalink, `link`. To set one, what it does not name stays; {link} sets what the link names. The page is the text
+// of page_with() in page.py, or the address of such a file. It is light or dark as the element is by its color-scheme,
+// also where an attribute of <html> changes that.
 
 /**
  * Show the page in an element.
@@ -23,8 +25,11 @@ export function mount(element, page, { state = {}, panels = [], height = "44rem"
   let ready = false, last = null, waiting = state;
   frame.title = "vibroimpact explorer";
   frame.allow = "clipboard-write";
+  frame.loading = "lazy"; // one that is not seen computes nothing
   frame.style.cssText = `width: 100%; height: ${height}; border: 0`;
   const send = (message) => frame.contentWindow?.postMessage({ vibroimpact: message }, "*");
+  const shade = () => send({ scheme: getComputedStyle(element).colorScheme });
+  const shades = new MutationObserver(shade);
   const tell = () => hearers.forEach((one) => one(last));
   const hear = async ({ source, data }) => {
     const message = data?.vibroimpact;
@@ -34,6 +39,7 @@ export function mount(element, page, { state = {}, panels = [], height = "44rem"
       if (Object.keys(waiting).length) last = null; // of its own; the page will tell that which is set
       else tell();
       send({ state: waiting, panels, answers: answer !== null });
+      shade();
     } else if (message.question) {
       send({ question: message.question, answer: await answer(message.question) });
     } else if (message.state) {
@@ -42,6 +48,7 @@ export function mount(element, page, { state = {}, panels = [], height = "44rem"
     }
   };
   addEventListener("message", hear);
+  shades.observe(document.documentElement, { attributes: true });
   if (page instanceof URL) frame.src = page.href;
   else frame.srcdoc = page;
   element.append(frame);
@@ -57,6 +64,7 @@ export function mount(element, page, { state = {}, panels = [], height = "44rem"
     },
     remove() {
       removeEventListener("message", hear);
+      shades.disconnect();
       frame.remove();
     },
   };
