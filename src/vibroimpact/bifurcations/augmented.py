@@ -20,9 +20,8 @@ from vibroimpact.branches.family import columns_of
 from vibroimpact.normal_forms.forms import Forms
 
 BOUND = "bound"
-BOUND_ROUNDED = (
-    1e-12  # a place on a bound may lie beyond it by so much, relative to half of the range
-)
+# A place on a bound may lie beyond it by so much, relative to half of the range.
+BOUND_ROUNDED = 1e-12
 Bounds = tuple[float, float]
 Both = tuple[Bounds, Bounds]
 Tests = Callable[[Floats, Floats, Pair], Mapping[str, float]]

@@ -30,9 +30,8 @@ from vibroimpact.results.result import DIMS
 
 MOST_BRANCHES = 8  # so many branches, each of another sequence, are followed at most
 SAME_ARCLENGTH = 1e-6  # points of a branch that are so near, in scaled arclength, are one
-SAME_PLACE_OF_RANGE = (
-    1e-6  # parameters of one point, located from both sides, relative to the range
-)
+# Parameters of one point, located from both sides, are so near, relative to the range.
+SAME_PLACE_OF_RANGE = 1e-6
 
 
 class Border(NamedTuple):

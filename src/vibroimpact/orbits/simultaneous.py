@@ -38,9 +38,8 @@ from vibroimpact.simulation.simulate import Run, Status
 # Numbers that are zero but for rounding, relative to their terms: of one contact and another, and of (2).
 NOTHING_OF_TERMS = 1e-12
 SMOOTH_OF_TERMS = 1e-9
-STAYING_OF_PERIOD = (
-    1e-6  # a flight that changes less over a range of the parameter takes no time all along
-)
+# A flight that changes less over a range of the parameter takes no time all along.
+STAYING_OF_PERIOD = 1e-6
 ONE_SIDED = (
     "{} are struck at one instant in every period, and the impact at one changes the acceleration at the other: "
     "the map has a derivative for each order of the impacts, and no multipliers"

@@ -41,9 +41,8 @@ PAIR_DECOMPOSITIONS = 32  # so many tell a pair of exponents
 CONVERGED_CHANGE = 1e-10  # an exponent that changes by less over a window has converged
 STEPS_OF_DIRECTION = 256
 PAIR_DISTANCE = 1e-9  # the exponents of a pair whose frames turn evenly differ by less
-LEAST_EXPONENT = (
-    -700.0
-)  # what is forgotten, by a plastic impact, has this one: its logarithm is infinite
+# What is forgotten, by a plastic impact or a rest, has this one: its logarithm is infinite.
+LEAST_EXPONENT = -700.0
 FRAME_SEED = 0  # the first frames are random with this seed
 TURNING_OSCILLATION = 1e-7  # exponents of a pair whose frames turn oscillate by more
 
