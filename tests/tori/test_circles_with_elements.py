@@ -284,3 +284,36 @@ def test_a_circle_with_elements_and_its_family_come_back_from_files(tmp_path: Pa
     np.testing.assert_allclose(
         there, last.at(np.arange(last.nodes) / last.nodes + last.rotation_number), atol=1e-9
     )
+
+
+def test_a_stop_at_the_place_of_one_that_decides_is_no_nearer_to_the_circle() -> None:
+    """Seen from the stop that is struck it is at zero at every impact. Nothing else of the circle comes near a stop."""
+    m = damper()
+    stop = m.rigid_stops[0]
+    rows = tuple(2.0 * x for x in stop.row)
+    behind = vi.RigidStop(rows, lower=2.0 * stop.lower, upper=2.0 * stop.upper, restitution=0.5)
+    circle = vi.find_circle(m.replace(elements=(stop, behind)), REST, symmetric=False, **SHORT)
+    assert circle.stable
+    assert circle.clearance_to_grazing == math.inf
+
+
+def test_what_is_periodic_has_no_circle_but_a_dataset_also_with_coordinates_without_mass() -> None:
+    spring = vi.SoftStop((1.0, 0.0), upper=0.1, stiffness=10.0)
+    m = vi.Mechanism(
+        mass=[[1.0, 0.0], [0.0, 0.0]], damping=[[0.2, 0.0], [0.0, 0.5]], stiffness=[[1.1, -0.1], [-0.1, 0.2]],
+        forces=(vi.Harmonic(0.7, (0.5, 0.0)),), elements=(spring,),
+    )  # fmt: skip
+    circle = vi.find_circle(m, vi.State((0.0, 0.0), (0.0, 0.0)), settle_iterates=100, points=64)
+    assert circle.status.startswith("the motion is periodic")
+    data = circle.to_dataset()
+    names = [str(name) for name in data["coordinate"].values]
+    assert len(names) == data.sizes["coordinate"] == 3  # of x1, v1, x2 and the phase, less one
+    assert np.isnan(data["points"]).all()
+
+
+def test_motions_under_frequencies_without_a_common_period_have_no_circle() -> None:
+    m = damper()
+    swing = vi.Harmonic(m.omega * math.sqrt(2.0), (0.01,))
+    moving = m.replace(elements=(replace(m.rigid_stops[0], motion=swing),))
+    circle = vi.find_circle(moving, REST, settle_iterates=64, points=64)
+    assert "no common period" in circle.status

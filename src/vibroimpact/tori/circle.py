@@ -16,6 +16,7 @@ from vibroimpact._core.lazy import xr
 from vibroimpact._core.types import AnyAmount, Complexes, Floats, Share
 from vibroimpact.compile.prescribed import CHATTER_WATCH, GAP_WATCH, PHASE_WATCH, End
 from vibroimpact.machines.units import units_of
+from vibroimpact.model.stand_ins import stand_ins
 from vibroimpact.model.state import State, names_of_state
 from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.normal_forms.explicit import ExplicitMap
@@ -308,7 +309,8 @@ class Circle(Result):
         """Least gap in the flights from some phases; ``segment`` counts within one iterate."""
         problem, flights = self._impacting.problem, self._flights(phi)
         begun = problem.signature.impacts[: len(problem.ends)] * len(phi)
-        found = least_gaps(problem.compiled(self.value), *flights, begun).values()
+        hidden = stand_ins(problem.mechanism)
+        found = least_gaps(problem.compiled(self.value), *flights, begun, hidden).values()
         if not found:
             return Approach(math.inf, 0.0, None)
         here = min(found, key=lambda near: relative_gap(near, self._amplitudes))

@@ -117,9 +117,9 @@ def find_circle(
     -------
     Circle
         With ``converged`` False and a sentence in ``status`` where the motion is periodic, chaotic
-        or does not settle, where the order of its events changes, where
-        there is no circle on this side of a Neimark-Sacker point, where Newton's method fails or the circle
-        needs more nodes.
+        or does not settle, where the order of its events changes, where the forcing frequencies have no common
+        period, where there is no circle on this side of a Neimark-Sacker point, where Newton's method fails or the
+        circle needs more nodes.
 
     Raises
     ------
@@ -207,10 +207,12 @@ def _missing(system: System | ExplicitMap, started: Started) -> Circle:
         nowhere: CircleMap = FormulaMap(system)
         d, m = system.dimension, 0
     else:
-        q = 2 * mechanism_of(system).degrees + 1
+        d, m = 2 * mechanism_of(system).degrees, 1
         signature = started.signature or Signature((Stop(0, 1),), 1)
-        nowhere = SignatureMap(system, signature, "", np.ones(q - 1))
-        d, m = q - 1, 1
+        nowhere = SignatureMap(system, signature, "", np.ones(d))
+        if started.signature:
+            d, m = len(nowhere.kept), len(nowhere.problem.ends)
+            nowhere = replace(nowhere, sizes=np.ones(d))
     trial = Trial(np.full((FEWEST_NODES, d), np.nan), np.nan, 0.0, np.ones((FEWEST_NODES, m)))
     circle = circle_of(nowhere, trial, np.inf, started.status)
     return replace(circle, signature=started.signature)

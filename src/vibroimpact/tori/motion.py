@@ -42,7 +42,14 @@ from vibroimpact.orbits.closing_segment import (
     events_of,
     flights_of,
 )
-from vibroimpact.orbits.problem import Flight, Signature, forcing_repeats, impacting, oddness
+from vibroimpact.orbits.problem import (
+    Flight,
+    Signature,
+    forcing_repeats,
+    impacting,
+    least_cycles,
+    oddness,
+)
 from vibroimpact.orbits.simultaneous import together
 from vibroimpact.simulation.simulate import GOES_ON, Run, Status
 from vibroimpact.simulation.simulator import Simulator
@@ -130,6 +137,8 @@ def signature_of(record: Record) -> Signature | str:
     m, events = mechanism_of(record.run.system), record.events
     if record.run.end not in GOES_ON:
         return f"the motion does not go on: {record.run.end.sentence}"
+    if not forcing_repeats(m, least_cycles(m)):
+        return "the forcing frequencies have no common period: there is no one map"
     if why := _not_smooth(record):
         return f"its map is not smooth: {why}"
     symbols = np.column_stack([events.stops, events.status, events.codes])
@@ -142,15 +151,15 @@ def signature_of(record: Record) -> Signature | str:
             "that there is no one map, which would be smooth"
         )
     turns = events.states[:, -1] / (2.0 * math.pi)
-    per_word = (turns[-1] - turns[0]) / (len(turns) - 1) * length if m.forces else 0.0
-    for repeats in range(1, MOST_WORDS + 1):
-        cycles = round(per_word * repeats)
-        whole = abs(per_word * repeats - cycles) <= WHOLE_TURNS_WITHIN
-        if whole and (cycles or not m.forces) and (not m.forces or forcing_repeats(m, cycles)):
+    for repeats in range(1, min(MOST_WORDS, (len(turns) - 1) // length) + 1):
+        advance = _mean_advance(turns, length * repeats) if m.forces else 0.0
+        cycles = round(advance)
+        near = abs(advance - cycles) <= WHOLE_TURNS_WITHIN
+        if near and (cycles or not m.forces) and forcing_repeats(m, cycles):
             break
     else:
         return (
-            f"the phase of the forcing advances by {per_word:.6g} turns per word of {length} "
+            f"the phase of the forcing advances by {_mean_advance(turns, length):.6g} turns per word of {length} "
             "events, not by a whole number: the circle winds around the phase, which is not solved"
         )
     flights = _flights(record, length)
@@ -166,6 +175,12 @@ def signature_of(record: Record) -> Signature | str:
         and not oddness(m, cycles)
     )
     return replace(whole, cycles=cycles, symmetric=symmetric)
+
+
+def _mean_advance(turns: Floats, count: int) -> float:
+    """Mean advance of the phase in so many events, over a whole number of times as many."""
+    last = (len(turns) - 1) // count * count
+    return float(turns[last] - turns[0]) * count / last
 
 
 def _not_smooth(record: Record) -> str:
