@@ -285,6 +285,23 @@ def test_what_is_not_whole_is_not_written(
     assert_nothing_written(argv, status, message, capsys)
 
 
+def test_an_interruption_leaves_the_picture_of_what_was_found_and_says_so(
+    response: vi.Response, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    @wraps(vi.frequency_response)
+    def given(*_: Any, so_far: Any = None, **__: Any) -> vi.Response:
+        if so_far is not None:
+            so_far(response)
+        return replace(response, interrupted=True)
+
+    monkeypatch.setattr(command, "frequency_response", given)
+    argv = ["response", "impact-damper/A", "--band", "omega=1:2", "--out", "r.nc", "--out", "r.svg"]
+    assert cli.main(argv) == cli.INTERRUPTED
+    message = "interrupted; r.svg: what was found until then. No other file was written."
+    assert message in capsys.readouterr().err
+    assert [path.name for path in Path().iterdir()] == ["r.svg"]
+
+
 def test_an_error_in_the_report_leaves_no_other_file(
     response: vi.Response, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -86,9 +86,9 @@ def _ran(words: list[str], arguments: argparse.Namespace) -> int:
     except VibroImpactError as error:
         return _report(str(error), FAILED)
     except MemoryError:
-        return _report("the memory is full; nothing was written. Compute less at once.", FAILED)
+        return _report(f"the memory is full; {_left(arguments)} Compute less at once.", FAILED)
     except KeyboardInterrupt as stop:
-        return _report(str(stop) or _interrupted(arguments), INTERRUPTED)
+        return _report(str(stop) or f"interrupted; {_left(arguments)}", INTERRUPTED)
     except BrokenPipeError:
         return PIPE_CLOSED
     except OSError as error:
@@ -264,12 +264,14 @@ def _joined(argv: Sequence[str]) -> list[str]:
     return words
 
 
-def _interrupted(arguments: argparse.Namespace) -> str:
-    """Message for an interruption without one of its own: the files that are kept."""
+def _left(arguments: argparse.Namespace) -> str:
+    """What a command that did not come to its end has left: a store, pictures, or nothing."""
     store = getattr(arguments, "store", None)
     if store and Path(store).expanduser().exists():
-        return f"interrupted; no file was written. {store} is kept; the same command continues it."
-    return "interrupted; nothing was written."
+        return f"no file was written. {store} is kept; the same command continues it."
+    if pictures := getattr(arguments, "drawn", ()):
+        return f"{', '.join(map(str, pictures))}: what was found until then. No other file was written."
+    return "nothing was written."
 
 
 def _report(message: str, status: int) -> int:

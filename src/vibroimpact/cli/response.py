@@ -71,6 +71,7 @@ def _drawing(arguments: argparse.Namespace, drawn: dict[str, Any]) -> Callable[[
             return
         write(paths, Done([], response, lambda: response.plot(**drawn)), arguments.columns)
         if not took:
+            arguments.drawn = paths  # an interruption says that they are there
             names = ", ".join(map(str, paths))
             sys.stderr.write(f"{names}: what is simulated; branches are added as they are found\n")
         last = time.monotonic()

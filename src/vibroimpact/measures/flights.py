@@ -270,10 +270,8 @@ class Rows:
 
         def law(pieces: Piecewise) -> list[float]:
             of = pieces.laws()[contact]
-            r, m = (
-                of.restitution_upper if side > 0 else of.restitution_lower,
-                of.mobilities[contact],
-            )
+            r = of.restitution_upper if side > 0 else of.restitution_lower
+            m = of.mobilities[contact]
             return [(1.0 + r) / m, (1.0 - r * r) / (2.0 * m)]
 
         return self.numbers(("impact", contact, side), law)

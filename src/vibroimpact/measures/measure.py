@@ -616,10 +616,8 @@ def _of_element(flights: Flights, element: int) -> Dual:
 def _of_dashpots(flights: Flights) -> Dual:
     """Mean of v . C v."""
     rows = flights.rows
-    damping, n = (
-        rows.numbers("damping", lambda pieces: pieces.mechanism.damping),
-        rows.mechanism.degrees,
-    )
+    damping = rows.numbers("damping", lambda pieces: pieces.mechanism.damping)
+    n = rows.mechanism.degrees
     power = flights.period * 0.0
     speeds = [flights.signal(partial(_moved, rows, np.eye(n)[i], 1)) for i in range(n)]
     for i, j in itertools.product(range(n), repeat=2):
