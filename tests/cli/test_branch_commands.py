@@ -60,6 +60,19 @@ def test_omega_and_the_sign_of_the_orbit_may_be_given(capsys: pytest.CaptureFixt
     np.testing.assert_array_equal(vi.load("b.nc").curve.z, branch.curve.z)
 
 
+def test_orbits_that_are_no_motions_are_followed_on_request(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = ["branch", CASE, "--bounds", "omega=0.5065:0.508", "--out", "b.nc"]
+    said(words, capsys)
+    exists = vi.load("b.nc")
+    assert exists.admissible.all()
+    said([*words, "--inadmissible"], capsys)
+    whole = vi.load("b.nc")
+    np.testing.assert_array_equal(whole.admissible, whole.values >= exists.values.min())
+    assert whole.values.min() == 0.5065
+
+
 def test_another_parameter_of_a_panel_varies_around_its_value(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

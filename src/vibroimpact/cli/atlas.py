@@ -13,7 +13,7 @@ EXAMPLE = (
     "  vibroimpact atlas impact-damper/A --bounds omega=0.9:1.05 --bounds half_clearance=5:6.3 "
     "--out atlas.nc --out atlas.svg"
 )
-SEARCH = ("touches", "depth", "most_curves")
+SEARCH = ("touches", "depth", "most_curves", "inadmissible")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:

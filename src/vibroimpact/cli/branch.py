@@ -69,9 +69,14 @@ def add_branch(parser: argparse.ArgumentParser, name: str = "--bounds") -> None:
     )  # fmt: skip
     group.add_argument(
         "--stop-when", type=_rule, action="append", default=[], metavar="RULE",
-        help="end branches early: inadmissible=SHARE, once not admissible over more than this share "
-        "of the range; unstable=COUNT, where more multipliers than this are outside the unit "
-        "circle; may be repeated",
+        help="end branches early: with --inadmissible, inadmissible=SHARE, once not admissible over more than "
+        "this share of the range; unstable=COUNT, where more multipliers than this are outside the unit circle; "
+        "may be repeated",
+    )  # fmt: skip
+    common.add_arguments_of(
+        group, continue_orbit, ["inadmissible"],
+        inadmissible="follow each sequence of impacts to its end, motions or not; else a branch follows what "
+        "exists, through changes of the sequence",
     )  # fmt: skip
 
 
@@ -111,12 +116,13 @@ def branches_of(arguments: argparse.Namespace) -> list[Branch]:
     option, varied = along_of(arguments)
     ((name, bounds),) = varied.items()
     case = common.case_of(arguments, varied, option)
-    start, stop_when = orbit_of(arguments, case), arguments.stop_when
+    start = orbit_of(arguments, case)
+    how = {"stop_when": arguments.stop_when, **common.given(arguments, ["inadmissible"])}
     low, high = range_of(option, bounds, name, parameter_value(case.system, name))
-    branches = [_whole(continue_orbit(start, name, (low, high), stop_when=stop_when))]
+    branches = [_whole(continue_orbit(start, name, (low, high), **how))]
     for label in arguments.switch:
         point = branches[-1][label]
-        found = switch_branch(point, (low, high), stop_when=stop_when)
+        found = switch_branch(point, (low, high), **how)
         if isinstance(found, NotFound):
             raise common.Failure(f"{point!r}: {found.reason}.")
         branches.append(_whole(found))

@@ -24,7 +24,7 @@ EXAMPLE = (
 BAND = ("unit", "measure")
 DRAWING_SHARE = 0.1  # of the time drawing takes so much at most
 SIMULATION = ("points", "seed", "settle_periods", "periods")
-SEARCH = ("most_branches", "depth", "workers")
+SEARCH = ("most_branches", "depth", "inadmissible", "workers")
 LOOKS = ("compare", "decibel")
 LEAST: dict[str, Any] = {
     "points": 2, "starts": 0, "most_branches": 0, "settle_periods": 0, "periods": 1, "progress": False,
