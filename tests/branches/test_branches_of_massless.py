@@ -48,7 +48,10 @@ def test_the_curve_of_touches_is_that_of_the_impedance_in_two_parameters(rigid: 
     assert np.ptp(values[:, 1]) > 0.0199
     np.testing.assert_allclose([amplitude(*a) for a in values], 0.4, rtol=0.0, atol=1e-10)
     orbit, h = rigid["ZERO1"].orbit, 1e-5
-    plane, a = OrbitPlane.around_orbit(orbit, names, {}), np.array([orbit.mechanism.omega, OWN])
+    plane, a = (
+        OrbitPlane.around_orbit(orbit, names, (1.0, 1.0), {}),
+        np.array([orbit.mechanism.omega, OWN]),
+    )
     z = plane.packed(orbit.states, orbit.durations)
     for across in (0, 1):
         move = h * np.eye(2)[across]

@@ -180,6 +180,38 @@ def test_a_branch_of_masses_that_strike_at_one_instant_doubles_its_period_with_o
     assert np.abs(np.array(wanted) + 1.0).min() < 1e-9
 
 
+def test_where_masses_strike_at_one_instant_another_stop_is_touched_where_the_simulation_says() -> (
+    None
+):
+    touching = 2.1
+    alone = vi.find_orbit(
+        masses(0.2).replace(omega=touching), steady(masses(0.2).replace(omega=touching))
+    )
+    times = np.linspace(0.0, alone.period, 4001)
+    run = vi.simulate(alone.system, alone.state, t_max=alone.period)
+    least = float(run.at(times)[0][:, 0].min())
+    limited = vi.RigidStop((1.0, 0.0), lower=least, upper=LIMIT, restitution=RESTITUTION)
+    m = masses(0.2).replace(omega=2.2)
+    m = m.replace(elements=(limited, m.elements[1]))
+    branch = vi.continue_orbit(vi.find_orbit(m, steady(m)), "omega", (2.05, 2.3), inadmissible=True)
+    assert [point.label for point in branch.special_points] == ["GR1"]
+    # The minimum of the samples is too large by the acceleration 2.5 times (T / 8000)^2 / 2, over a slope of 5.4.
+    assert branch["GR1"].parameter == pytest.approx(touching, abs=1e-7)
+
+
+def test_a_curve_of_masses_that_strike_at_one_instant_has_no_impacts_that_change_order() -> None:
+    def machine(omega: float, damping: float) -> vi.Mechanism:
+        return masses(0.2).replace(omega=omega, damping=(damping * np.eye(2)).tolist())
+
+    family = vi.Family(machine, omega=OMEGA, damping=DAMPING)
+    orbit = vi.find_orbit(family, vi.simulate(family, ASIDE, impacts=10**4, t_max=64.0 * PERIOD))
+    branch = vi.continue_orbit(orbit, "omega", (OMEGA, 2.5))
+    ranges = ((2.4, 2.5), (0.095, 0.105))
+    curve = vi.continue_bifurcation(branch["PD1"], ("omega", "damping"), ranges)
+    assert len(curve.special_points) == 0
+    assert curve.admissible.all()
+
+
 def test_three_masses_whose_impacts_are_not_quite_at_one_instant_yet_have_an_orbit_in_which_they_are() -> (
     None
 ):

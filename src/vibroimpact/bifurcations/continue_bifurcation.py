@@ -390,9 +390,12 @@ def _of_orbit(
     orbit: Orbit, names: tuple[str, str], bounds: Any, events: PointKinds
 ) -> tuple[OrbitPlane, Floats, Pair]:
     a = (parameter_value(orbit.system, names[0]), parameter_value(orbit.system, names[1]))
+    spans = []
     for name, value, pair in zip(names, a, _pairs(bounds), strict=True):
-        check_parameter(orbit, name, range_of(f"bounds of {name}", pair, name, value))
-    plane = OrbitPlane.around_orbit(orbit, names, events)
+        low, high = range_of(f"bounds of {name}", pair, name, value)
+        check_parameter(orbit, name, (low, high))
+        spans.append(high - low)
+    plane = OrbitPlane.around_orbit(orbit, names, (spans[0], spans[1]), events)
     return plane, plane.packed(orbit.states, orbit.durations), a
 
 

@@ -13,12 +13,14 @@ from vibroimpact.bifurcations.equations import Pair
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.compile.along import Along
 from vibroimpact.compile.prescribed import NONE_LEFT_OUT, Prescribed
+from vibroimpact.model.parameters import parameter_value
 from vibroimpact.model.system import System
 from vibroimpact.normal_forms.kind import PointKinds
 from vibroimpact.orbits.find import later
 from vibroimpact.orbits.newton import scale_of
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.problem import OrbitProblem, Signature, Value, latest
+from vibroimpact.orbits.simultaneous import staying_at_once
 
 
 class OrbitPlane(OrbitFamily):
@@ -53,11 +55,16 @@ class OrbitPlane(OrbitFamily):
         self._derivatives: dict[tuple[bytes, Value], tuple[Floats, Floats]] = {}
 
     @classmethod
-    def around_orbit(cls, orbit: Orbit, names: tuple[str, str], events: PointKinds) -> OrbitPlane:
-        """Plane through an orbit, which gives the sizes."""
+    def around_orbit(
+        cls, orbit: Orbit, names: tuple[str, str], spans: tuple[float, float], events: PointKinds
+    ) -> OrbitPlane:
+        """Plane through an orbit, which gives the sizes, over ranges of these lengths."""
         z = orbit.problem.packed(orbit.states, orbit.durations)
         sizes = scale_of(OrbitProblem(orbit.system, orbit.signature, ""), z)
-        return cls(orbit.system, orbit.signature, names, sizes, events)
+        plane = cls(orbit.system, orbit.signature, names, sizes, events)
+        here = parameter_value(orbit.system, names[0]), parameter_value(orbit.system, names[1])
+        plane.at_once = staying_at_once(plane, z, lambda: plane.by_both(z, here), spans)
+        return plane
 
     def _closing(self) -> Floats:
         m, q = len(self.impacts), self.size
@@ -164,9 +171,12 @@ class OrbitPlane(OrbitFamily):
         symmetric = own.symmetric and times % 2 == 1
         turns = times // 2 if own.symmetric and not symmetric else times
         signature = replace(own.repeated(turns), symmetric=symmetric)
-        return OrbitPlane(
+        plane = OrbitPlane(
             self.system, signature, self.names, np.tile(self.sizes, times), self.events
         )
+        count = len(self.impacts)
+        plane.at_once = frozenset(k + i * count for k in self.at_once for i in range(times))
+        return plane
 
     def unrolled(self, z: Floats, changes: Floats) -> Floats:
         """Unknowns of :meth:`repeated` from z and the change of each iterate, shape (times, d)."""

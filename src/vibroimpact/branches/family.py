@@ -153,7 +153,6 @@ class OrbitFamily(OrbitProblem):
         self.pencils = PencilOf(self, sizes)
         self._cycles = least_cycles(self.mechanism)
         self._rates = guard_sizes(self, sizes) / sizes[self.size]
-        self.at_once: frozenset[int] = frozenset()  # segments that take no time in all orbits
 
     @classmethod
     def around(
@@ -171,7 +170,12 @@ class OrbitFamily(OrbitProblem):
             system, signature, parameter, np.append(scale_of(problem, start), span), events
         )
         value = parameter_value(system, parameter)
-        family.at_once = staying_at_once(problem, start, value, span)
+
+        def derivatives() -> tuple[Floats, Floats]:
+            by_z, by_parameter = problem.jacobian(start, value)
+            return by_z, by_parameter[:, None]
+
+        family.at_once = staying_at_once(problem, start, derivatives, (span,))
         return family
 
     def scale(self) -> Floats:

@@ -208,9 +208,10 @@ class _Gap:
 def belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     """Whether a gap vanishes for another reason: zero speed of an impact, two impacts at once."""
     k, stop = nearest.segment, (nearest.contact, nearest.side)
-    if np.abs(orbit.durations).min() < NO_TIME_OF_PERIOD * float(np.abs(orbit.durations).sum()):
+    durations = np.delete(orbit.durations, [*orbit.problem.at_once])
+    if np.abs(durations).min() < NO_TIME_OF_PERIOD * float(np.abs(durations).sum()):
         return True  # two impacts at once: SIM
-    edge = EDGE_OF_FLIGHT * float(orbit.durations.min())
+    edge = EDGE_OF_FLIGHT * float(durations.min())
     begun, ended = orbit.signature.impacts[k], orbit.signature.solved[k]
     if nearest.watch != GAP_WATCH:  # guards of an element change with its state
         begun, ended = (Stop(end.contact, nearest.side) for end in (begun, ended))

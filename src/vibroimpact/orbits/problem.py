@@ -69,7 +69,7 @@ Made = TypeVar("Made")
 SAME_AT_ALL_VALUES = (  # of the parameter, among the attributes of equations
     "signature", "parameter", "impacts", "ends", "modes", "codes", "degrees", "massless", "kept", "size", "turn",
     "symmetry", "source", "signs", "drifts", "pivots", "relative", "held", "common_sizes", "struck",
-    "closing_equations",
+    "closing_equations", "at_once",
 )  # fmt: skip
 # So many of the latest evaluations are kept, those of some panels of a branch.
 KEPT_EVALUATIONS = 64
@@ -437,6 +437,8 @@ class OrbitProblem:
         Sizes of the changes of the unknowns, the same for all orbits of a branch; None where each orbit has its own.
     held
         What all modes hold (5).
+    at_once
+        Numbers of the segments that take no time in all orbits of a branch (simultaneous.py).
     """
 
     system: System
@@ -455,6 +457,7 @@ class OrbitProblem:
         self.modes = tuple(end.mode for end in self.ends)
         self.codes = tuple(sorted({*self.modes}))
         self.common_sizes: Floats | None = None
+        self.at_once: frozenset[int] = frozenset()
         self.degrees, self.massless = self.mechanism.degrees, self.mechanism.massless
         n, massless = self.degrees, self.massless
         entries = range(2 * n + (1 if self.mechanism.forces else 0))

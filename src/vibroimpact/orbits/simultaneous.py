@@ -15,7 +15,7 @@ Reference   theory.md, "Impacts at one instant"; (2) is (T87)
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -180,17 +180,25 @@ def why_not_smooth(system: System, states: Floats, durations: Floats, ends: Sequ
     return ""
 
 
-def staying_at_once(problem: OrbitProblem, z: Floats, p: float, span: float) -> frozenset[int]:
-    """Segments of an orbit that take no time, nor do, to first order, over a span of the parameter from its value p."""
-    durations = problem.unpacked(z)[1]
-    whole = float(durations.sum())
-    none = np.flatnonzero(np.abs(durations) <= PLAY_OF_AMPLITUDE * whole)
+def staying_at_once(
+    problem: OrbitProblem,
+    z: Floats,
+    derivatives: Callable[[], tuple[Floats, Floats]],
+    spans: Sequence[float],
+) -> frozenset[int]:
+    """Segments of an orbit that take no time, nor do, to first order, over spans of the parameters.
+
+    ``derivatives`` gives those of the residual by the unknowns z and by the parameters, shape (d, k).
+    """
+    times = slice(problem.size, None, problem.size + 1)
+    whole = float(z[times].sum())
+    none = np.flatnonzero(np.abs(z[times]) <= PLAY_OF_AMPLITUDE * whole)
     if not none.size:
         return frozenset()
-    matrix, by_parameter = problem.jacobian(z, p)
-    tangent = np.asarray(np.linalg.lstsq(matrix, -by_parameter, rcond=None)[0], dtype=np.float64)
-    moved = problem.unpacked(tangent)[1]
-    return frozenset(none[np.abs(moved[none]) * span <= STAYING_OF_PERIOD * whole].tolist())
+    by_z, by_parameters = derivatives()
+    tangents = np.linalg.lstsq(by_z, -by_parameters, rcond=None)[0]
+    moved = np.abs(tangents[times][none]) @ np.array(spans)
+    return frozenset(none[moved <= STAYING_OF_PERIOD * whole].tolist())
 
 
 def _smooth(system: System, y: Floats, ends: tuple[End, End], changes: tuple[int, int]) -> bool:
