@@ -315,8 +315,10 @@ def test_stops_at_one_place_are_those_of_proportional_rows_limits_and_motions() 
         return vi.RigidStop((row,), **side, restitution=restitution, motion=motion)
 
     first = stop(1.0, 0.3, 0.01)
+    halves = (vi.Harmonic(OMEGA, (0.005,)),) * 2
     others = [
         (stop(3.0, 0.9, 0.03), {Stop(1, 1): Stop(0, 1)}),
+        (replace(first, motion=halves), {Stop(1, 1): Stop(0, 1)}),
         (stop(-1.0, -0.3, -0.01, 0.6), {Stop(0, 1): Stop(1, -1)}),
         (stop(1.0, 0.31, 0.01), {}),
         (stop(1.0, 0.3, 0.02), {}),

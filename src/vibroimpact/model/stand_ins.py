@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 
 from vibroimpact.model.dashpots import vanishes
+from vibroimpact.model.harmonic import by_frequency
 from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 
@@ -28,8 +29,9 @@ def stand_ins(m: Mechanism) -> dict[Stop, Stop]:
     for k, one in enumerate(stops):
         same = [one, *(other for other in stops[k + 1 :] if _at_one_place(m, one, other))]
         if one not in found and len(same) > 1:
-            least = [m.impact_law == "moreau" and -stop.restitution(m.rigid_stops) for stop in same]
-            decides = same[least.index(min(least))]
+            decides = one
+            if m.impact_law == "moreau":
+                decides = max(same, key=lambda stop: stop.restitution(m.rigid_stops))
             found |= {stop: decides for stop in same if stop != decides}
     return found
 
@@ -41,10 +43,11 @@ def _at_one_place(m: Mechanism, one: Stop, other: Stop) -> bool:
     numbers, frequencies = [], []
     for stop in (one, other):
         contact = m.rigid_stops[stop.contact]
-        lines = sorted(contact.motion, key=lambda line: line.omega)
-        amplitudes = [x for line in lines for x in (*line.sine, *line.cosine)]
+        lines = by_frequency(contact.motion)
+        omegas = sorted(lines)
+        amplitudes = [x for w in omegas for x in (*lines[w].sine, *lines[w].cosine)]
         numbers.append([*contact.row, stop.limit(m.rigid_stops), *amplitudes])
-        frequencies.append([line.omega for line in lines])
+        frequencies.append(omegas)
     j = max(range(m.degrees), key=lambda k: abs(numbers[0][k]))
     ratio = numbers[1][j] / numbers[0][j]
     return (
