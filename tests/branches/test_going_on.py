@@ -13,6 +13,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import vibroimpact as vi
+from vibroimpact.branches.beginning import BranchStart, begins_at
+from vibroimpact.compile.prescribed import CHATTER_WATCH
 from vibroimpact.continuation import Stopped
 
 KINETIC, STATIC, FORCE = 1.0, 1.1, 1.5
@@ -179,6 +181,18 @@ def test_chatter_ends_to_be_completed_where_simulated_balls_no_longer_come_to_re
     assert abs(end.parameter - 1.5973488311) < 5e-10
     assert end.normal_form.restitution == 0.5
     assert "0.502614 times as far away" in repr(end.normal_form)
+
+
+@pytest.mark.slow
+def test_what_begins_beyond_chatter_is_a_motion_without_it_however_wide_the_range() -> None:
+    end = past_chatter()["CHAT1"]
+    begins = begins_at(end)
+    assert begins is not None
+    for bounds in ((1.59, 1.602), (1.2, 2.2)):
+        start = begins(end, bounds)
+        assert isinstance(start, BranchStart)
+        assert start.family.orbit(start.z, start.parameter).admissible
+        assert CHATTER_WATCH not in start.family.signature.begun
 
 
 @pytest.mark.slow

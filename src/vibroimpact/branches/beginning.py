@@ -10,7 +10,7 @@ Method      PD      the doubled sequence, twice the cycles: a branch point of it
             sides.
             GR, ZERO, SIM, STICK of an element: the motion a little beyond, on either side, from the
             orbit's state: where it has another sequence that closes nearly, Newton's method starts
-            there                                                                                 (3)
+            there; orbits that are no motions are passed over                                     (3)
 Fails       ``NotFound`` with a sentence: no start converges
 Reference   theory.md, "Branches"; square-root law: Nordmark (1991)
 """
@@ -28,6 +28,7 @@ from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import Floats
 from vibroimpact.branches.family import OrbitFamily
 from vibroimpact.branches.point import BifurcationPoint, NotFound
+from vibroimpact.compile.prescribed import CHATTER_WATCH
 from vibroimpact.continuation import switch
 from vibroimpact.continuation.problem import Problem
 from vibroimpact.model.parameters import with_parameter
@@ -159,14 +160,25 @@ def _closing_beyond(
     if isinstance(loop, str):
         return loop
     found = find_orbit(system, run, cycles=known.cycles)
-    if not found.converged or sorted(found.signature.impacts) == sorted(known.impacts):
-        return ""
+    if not found.admissible or _same_events(found.signature, known):
+        return ""  # Newton's method may lead to an orbit with the motion's sequence that is none
     z = found.problem.packed(found.states, found.durations)
     family = OrbitFamily.around(
         system, found.signature, name, z, bounds[1] - bounds[0], point.problem.events
     )
     tangent = single_tangent(family, z, p)
     return "" if tangent is None else BranchStart(family, z, p, tangent, both=True)
+
+
+def _same_events(one: Signature, other: Signature) -> bool:
+    """Whether two sequences have as many events of each stop or element; with chatter in both, the same kinds.
+
+    How many impacts are before the sum of chatter is no property of the motion.
+    """
+    if all(CHATTER_WATCH in signature.begun for signature in (one, other)):
+        kinds = [{*zip(each.impacts, each.begun, strict=True)} for each in (one, other)]
+        return kinds[0] == kinds[1]
+    return sorted(one.impacts) == sorted(other.impacts)
 
 
 def with_touch(orbit: Orbit, touch: Nearest) -> tuple[Signature, Guess]:
