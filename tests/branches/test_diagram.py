@@ -292,7 +292,9 @@ def test_points_that_are_admissible_themselves_are_tried_first(diagram: Diagram)
 
 def test_a_diagram_follows_what_does_not_exist_when_asked_for() -> None:
     orbit = vi.find_orbit(RUBBING, vi.State((2.0,), (0.0,)))
-    own, sticking = branch_diagram(orbit, "omega", (0.74, 0.76), depth=0, points=0).branches
+    found = branch_diagram(orbit, "omega", (0.74, 0.76), depth=0, points=3)
+    assert found.attractors is None  # friction is no stop, at which a sweep could take points
+    own, sticking = found.branches
     assert own.values.min() == pytest.approx(sticking.values.max(), abs=1e-2)
     assert own["REST1"].parameter == pytest.approx(sticking["REST1"].parameter, abs=1e-12)
     assert own.admissible.all()

@@ -82,8 +82,8 @@ class Diagram(Result):
         (branch, label) of the junctions left when ``depth`` or ``most_branches`` was reached, or by an
         interruption.
     attractors
-        Section points of the sweep, dims "direction", the parameter, "point"; None if not
-        requested.
+        Section points of the sweep, dims "direction", the parameter, "point"; None if not requested, and where the
+        orbit begins with a change of state of an element that is no stop, of which sweeps take no points.
     interrupted
         Whether ``KeyboardInterrupt`` ended it; the results until then are kept.
     """
@@ -104,7 +104,7 @@ class Diagram(Result):
     def origin(self, index: int) -> Reached | None:
         """Return the special point at which a branch was found; None for number 0."""
         check_index("index", index, len(self.branches))
-        return next((r for r in self.reached if r.to == index and r.how == "new"), None)
+        return next((r for r in self.reached if r.to == index and r.how == NEW), None)
 
     def to_dataset(self) -> xr.Dataset:
         """Convert attractors and tree to a dataset; see :meth:`Branch.to_dataset` for branches."""
@@ -164,7 +164,8 @@ def branch_diagram(
     most_branches
         Largest number of branches, >= 1.
     points
-        Values of the parameter in the brute-force sweep, each way; 0 for no sweep.
+        Values of the parameter in the brute-force sweep, each way; 0 for no sweep. There is none either for an orbit
+        that begins with a change of state of an element that is no stop.
     stop_when
         As for :func:`~vibroimpact.continue_orbit`, for every branch. By default ``vi.stop.inadmissible()``: with
         ``inadmissible`` parts far from admissible orbits are not followed, nor anything beyond them; ``None`` follows
@@ -223,10 +224,11 @@ def branch_diagram(
         low, high = first.bounds
         tree = Tree((low, high), following)
         tree.grow(first, depth, most_branches)
-        if points and not tree.interrupted:
+        place = _place_of(first)
+        if points and place and not tree.interrupted:
             report.say(f"following a motion through {points} values, up and down")
             try:
-                behind = _swept(first, orbit, np.linspace(low, high, points))
+                behind = _swept(first, orbit, place, np.linspace(low, high, points))
             except KeyboardInterrupt:
                 tree.interrupted = True
     return Diagram(
@@ -240,15 +242,22 @@ def branch_diagram(
     )
 
 
-def _swept(branch: Branch, orbit: Orbit, values: Floats) -> xr.Dataset:
-    """Section points x1, ..., v1, ..., phase at the stop where the orbits of a branch begin."""
+def _place_of(branch: Branch) -> AtStop | AtPhase | None:
+    """Stop at which the orbits of a branch begin, or phase; None where an element that is no stop changes its state."""
+    first = branch.family.signature.impacts[0]
+    if first.contact == PHASE:
+        return AtPhase()
+    met = branch.family.mechanism.elements[first.contact].is_stop
+    return AtStop(first.name, first.contact) if met else None
+
+
+def _swept(branch: Branch, orbit: Orbit, place: AtStop | AtPhase, values: Floats) -> xr.Dataset:
+    """Section points x1, ..., v1, ..., phase at the place where the orbits of a branch begin."""
     from vibroimpact.sweeps.analyses.diagram import bifurcation_sweep
 
-    first = branch.family.signature.impacts[0]
     found = bifurcation_sweep(
         branch.family.system, over={branch.parameter: values}, start=orbit.state,
-        at=AtPhase() if first.contact == PHASE else AtStop(first.name, first.contact),
-        points=SWEPT_POINTS, periods=SWEPT_POINTS + 1,
+        at=place, points=SWEPT_POINTS, periods=SWEPT_POINTS + 1,
         progress=False,
     )  # fmt: skip
     drawn = [str(name) for name, of in found.items() if "point" in of.dims]
