@@ -139,6 +139,21 @@ def test_what_does_not_exist_is_in_a_response_when_asked_for(
     assert none.notes[0] == "no motion without impacts: it would cross a stop all over the band"
 
 
+@pytest.mark.slow
+def test_motions_without_impacts_are_one_curve_also_of_a_measure_that_vanishes_on_them() -> None:
+    """A branch of orbits with impacts goes on without; of these the third harmonic is rounding, here and there."""
+    machine = vi.Mechanism(
+        mass=[[1.0]], damping=[[0.05]], stiffness=[[1.0]], forces=(vi.Harmonic(1.0, (1.0,)),),
+        elements=(vi.RigidStop((1.0,), upper=3.0, restitution=0.7),),
+    )  # fmt: skip
+    found = vi.frequency_response(
+        machine, "omega", (0.8, 0.85), measure="harmonic 3 x1", points=2, starts=1, most_branches=2, depth=1,
+        settle_periods=60, periods=30, progress=False,
+    )  # fmt: skip
+    assert [curve.symbol for curve in found.curves if "-0-0" in curve.symbol] == ["1-0-0"]
+    assert len(found.curves) > 1
+
+
 def test_a_response_goes_on_where_the_sequence_changes() -> None:
     """Friction begins to stick where the mass reverses; amplitudes are those of simulation on both sides."""
     machine = vi.Mechanism(

@@ -29,6 +29,7 @@ from vibroimpact.model.system import System, mechanism_of
 from vibroimpact.orbits.problem import forcing_repeats, least_cycles
 from vibroimpact.orbits.stability import Stability, stability_of
 
+FREE_MODE = 0  # all stops open, and no element acts
 ZERO_RELATIVE = 1e-12  # smaller stiffness and forces vanish but for rounding
 
 
@@ -165,7 +166,7 @@ def _flights(rows: Rows, offsets: Floats, cycles: int) -> Flights:
     none = Struck(np.array([], dtype=np.int64), [])
     period = 2.0 * math.pi * cycles / rows.omega
     of = np.arange(rows.count)
-    return Flights(rows, state, period.value, (0,) * rows.count, none, by, period.by, of=of)
+    return Flights(rows, state, period.value, (FREE_MODE,) * rows.count, none, by, period.by, of=of)
 
 
 def _states(rows: Rows, offsets: Floats) -> tuple[Floats, Floats]:

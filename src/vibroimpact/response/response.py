@@ -46,7 +46,7 @@ from vibroimpact.branches.same_orbit import loop_of, orbits_at, same_loop
 from vibroimpact.continuation import Steps
 from vibroimpact.continuation.walk import check_steps
 from vibroimpact.machines.units import units_of
-from vibroimpact.measures.linear import free_motion
+from vibroimpact.measures.linear import FREE_MODE, free_motion
 from vibroimpact.measures.measure import Measure, measure_of
 from vibroimpact.model.parameters import with_parameter
 from vibroimpact.model.state import State
@@ -66,7 +66,6 @@ from vibroimpact.response.answers import (
 )
 from vibroimpact.response.band import Band, Unit, band_of
 from vibroimpact.response.curves import (
-    ON_CURVE_OF_VALUES,
     ResponseCurve,
     curve_of_branch,
     curve_without_impacts,
@@ -693,16 +692,13 @@ class _Search:
         return [curve for curve in self.curves if curve.branch is None]
 
     def _is_without_impacts(self, curve: ResponseCurve) -> bool:
-        """Whether a branch, of orbits without events, is that of the motions in closed form."""
-        if curve.branch is None or not curve.branch.family.signature.eventless:
+        """Whether a branch is that of the motions in closed form: its orbits have no events where no element acts."""
+        if curve.branch is None:
             return False
-        k = len(curve.value) // 2
-        value, own = float(curve.parameter[k]), float(curve.value[k])
-        return any(
-            abs(known.between(int(at), value) - own) <= ON_CURVE_OF_VALUES * abs(own)
-            for known in self._silent
-            for at in known.stretches(value)
-        )
+        family, middle = curve.branch.family, float(curve.parameter[len(curve.parameter) // 2])
+        if not family.signature.eventless or family.codes != (FREE_MODE,):
+            return False
+        return any(len(known.stretches(middle)) for known in self._silent)
 
     def _grazing(self) -> Iterator[Orbit]:
         """Orbits that begin where the motion without impacts touches a rigid stop."""
