@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 from support.periodic import chain, coco, damper_orbits, largest, orbits_of_chains
 from support.systems import oscillator, paper_damper, random_mechanism
 
@@ -287,6 +288,66 @@ def test_a_touch_on_a_branch_is_admissible_however_the_branch_is_stepped(points:
         assert touch.orbit.inadmissible_reason == ""
         assert touch.admissible
     assert touches or points < 100
+
+
+PUSH = 1.6
+
+
+def pushed_ball(stop: vi.Element) -> vi.Mechanism:
+    """x'' = PUSH sin t - 1 above a stop at 0."""
+    return vi.Mechanism(
+        mass=[[1.0]], damping=[[0.0]], stiffness=[[0.0]], constant_force=(-1.0,),
+        forces=(vi.Harmonic(1.0, (PUSH,)),), elements=(stop,),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("stop", "end"),
+    [
+        (vi.RigidStop((1.0,), lower=0.0, restitution=0.5), (0, -1)),
+        (vi.SoftStop((1.0,), lower=0.0, stiffness=1e8), (0, -1, 0, 0)),
+    ],
+)
+def test_a_stop_that_is_left_slowly_is_crossed_soon_after(
+    stop: vi.Element, end: tuple[int, ...]
+) -> None:
+    """Left at the time tau before the force lifts, slower than 3 c tau^2 / 8, c the rate of the force there.
+
+    The flight of 3.8 goes through the stop after 9e-4, at a depth of 5e-11, and is above it from 1.3e-3 on.
+    """
+    tau = 5e-4
+    theta, rate = math.asin(1.0 / PUSH) - tau, math.sqrt(PUSH**2 - 1.0)
+    v = 0.5 * 3.0 * rate * tau**2 / 8.0
+
+    def x(t: float) -> float:
+        return (
+            v * t
+            - t**2 / 2.0
+            - PUSH * (math.sin(theta + t) - math.sin(theta) - t * math.cos(theta))
+        )
+
+    def speed(t: float) -> float:
+        return v - t - PUSH * (math.cos(theta + t) - math.cos(theta))
+
+    deepest, duration = brentq(speed, tau, 3.0 * tau), brentq(x, 1.0, 8.0)
+    compiled, start = compile_prescribed(pushed_ball(stop)), np.array([[0.0, v, theta]])
+    found = least_gaps(compiled, start, np.array([duration]), [end], [(0, -1)])
+    ((place, least),) = found.items()
+    assert not place.own
+    assert least.time == pytest.approx(deepest, rel=1e-3)
+    assert least.gap == pytest.approx(x(deepest), abs=1e-15)
+    assert least.gap < -4e-11
+
+
+def test_a_gap_that_opens_at_speed_zero_after_a_plastic_impact_has_no_touch_there() -> None:
+    compiled = compile_prescribed(pushed_ball(vi.RigidStop((1.0,), lower=0.0, restitution=0.0)))
+    for late in (1e-4, 1e-2):  # after the force has begun to lift
+        start = np.array([[0.0, 0.0, math.asin(1.0 / PUSH) + late]])
+        for speed in (0.0, 1e-17, -1e-17):  # rounding
+            start[0, 1] = speed
+            found = least_gaps(compiled, start, np.array([3.8]), [(0, -1)], [(0, -1)])
+            assert [place.own for place in found] == [False]
+            assert min(found.values()).gap > 1.0
 
 
 def test_the_turn_behind_a_stop_that_an_impact_is_reached_from_is_told_from_grazing():

@@ -44,13 +44,14 @@ from vibroimpact.compile.prescribed import (
     Passage,
     Prescribed,
 )
+from vibroimpact.model.mechanism import Mechanism
 from vibroimpact.model.stop import Stop
 
 # A flight and Newton's method are rounded by so much, relative to the amplitude and to the period.
 PLAY_OF_AMPLITUDE = 1e-11
-# A rate at an end of a flight, relative to its largest, of which the extremum is so near that the gap there differs
-# from it by the square of this.
-FLAT_AT_END = 1e-7
+# A rate at a phase of a motion without events, relative to its largest, of which the extremum is so near
+# that the gap there differs from it by the square of this.
+FLAT_AT_PHASE = 1e-7
 EDGE_OF_FLIGHT = 1e-3  # an end of a flight is nearer, relative to its duration
 # The guard of the element that has just changed is at its limit within this.
 LIMIT_OF_AMPLITUDE = 1e-9
@@ -104,7 +105,7 @@ class _Ends(NamedTuple):
 
     stops: tuple[tuple[int, int], tuple[int, int]]  # contact and side at the start and at the end
     together: tuple[Set[int], Set[int]]  # contacts at the instant of the start, and of the end
-    released: bool  # whether a contact that rested is released at the start
+    level: tuple[Set[int], Set[int]]  # those of them whose guards have the rate zero there
     before: int  # code of the mode before
 
 
@@ -124,6 +125,7 @@ def least_gaps(
     """
     least: dict[Place, Nearest] = {}
     whole = [End(*end) for end in ends]
+    stops, rubbing = compiled.mechanism.rigid_stops, _rubbing(compiled.mechanism)
     parts = compiled.explicit(states, durations, whole)
     numbers, since = parts.segment.tolist(), parts.since.tolist()
     before = []
@@ -133,8 +135,11 @@ def least_gaps(
     flights = []
     for j, (k, end) in enumerate(zip(numbers, parts.ends, strict=True)):
         released = parts.since[j] == 0.0 and whole[k - 1].watch == FORCE_WATCH
-        stops, at = (before[j], end[:2]), (together[j], together[j + 1])
-        flights.append(_Ends(stops, at, released, parts.ends[j - 1].mode))
+        first, at = Stop(*before[j]), (together[j], together[j + 1])
+        plastic = 0 <= first.contact < len(stops) and first.restitution(stops) == 0.0
+        opening = {*range(len(stops))} if released or plastic else set[int]()
+        level = at[0] & (rubbing | opening), at[1] & rubbing
+        flights.append(_Ends((first, end[:2]), at, level, parts.ends[j - 1].mode))
     modes = [end.mode for end in parts.ends]
     found = compiled.approach(parts.states, parts.durations, modes)
     for guard in found.guards:
@@ -150,6 +155,11 @@ def least_gaps(
                 here = near._replace(segment=k, time=near.time + since[j])
                 least[here.place] = min(here, least.get(here.place, here))
     return least
+
+
+def _rubbing(m: Mechanism) -> set[int]:
+    """Numbers of the elements with friction, of which slip begins at speed and acceleration zero."""
+    return {k for k, e in enumerate(m.switching, len(m.rigid_stops)) if e.slipping}
 
 
 def _together(begun: Sequence[tuple[int, ...]], parts: Explicit) -> list[Set[int]]:
@@ -203,7 +213,7 @@ def _gaps(guard: GuardAlong, along: Passage, ends: _Ends, whole: float) -> Itera
     inside = [
         (t, u)
         for t, u in along.extrema
-        if margin < t < whole - margin and not _leaves(guard, along, ends, t, u, whole)
+        if margin < t < whole - margin and not _leaves(guard, ends, t, u, whole)
     ]
     own = _own(guard, along, ends, [t for t, _ in inside]) if guard.watch == GAP_WATCH else set()
     edges = [
@@ -221,36 +231,24 @@ def _own(guard: GuardAlong, along: Passage, ends: _Ends, times: list[float]) -> 
     own = set()
     for edge, sense in enumerate((1.0, -1.0)):
         contact, side = ends.stops[edge]
-        if (
-            contact != guard.contact
-            or not times
-            or (edge == 0 and _opens_slowly(guard, along, ends))
-        ):
+        if contact != guard.contact or not times or contact in ends.level[edge]:
             continue
         if sense * side * along.rates[edge] > 0.0:
             own.add(min(range(len(times)), key=lambda j, sense=sense: sense * times[j]))  # type: ignore[misc]
     return own
 
 
-def _opens_slowly(guard: GuardAlong, along: Passage, ends: _Ends) -> bool:
-    """Whether a gap opens at speed zero: of a stop that is released, or after a plastic impact."""
-    return ends.released or abs(along.rates[0]) <= FLAT_AT_END * guard.fastest
+def _leaves(guard: GuardAlong, ends: _Ends, time: float, u: float, whole: float) -> bool:
+    """Whether an extremum of a guard is the limit at which the flight begins or ends.
 
-
-def _leaves(
-    guard: GuardAlong, along: Passage, ends: _Ends, time: float, u: float, whole: float
-) -> bool:
-    """Whether an extremum of a guard is its touch of a limit where the element changes.
-
-    Slip begins at speed and acceleration zero, where both levels of friction are equal; and the gap of a stop at speed
-    zero where it is released, or after a plastic impact.
+    Slip begins at speed and acceleration zero, where both levels of friction are equal; and the gap of a stop opens at
+    speed zero where it is released, or after a plastic impact. A guard that leaves its limit at a rate, however slow,
+    has its extrema elsewhere: they are touches.
     """
-    near = [time < EDGE_OF_FLIGHT * whole, time > (1.0 - EDGE_OF_FLIGHT) * whole]
-    if guard.watch == GAP_WATCH:
-        near = [near[0] and _opens_slowly(guard, along, ends), False]
-    own = any(near[edge] and guard.contact in ends.together[edge] for edge in (0, 1))
+    near = time < EDGE_OF_FLIGHT * whole, time > (1.0 - EDGE_OF_FLIGHT) * whole
+    level = any(near[edge] and guard.contact in ends.level[edge] for edge in (0, 1))
     beyond = min(abs(guard.lower - u), abs(u - guard.upper))
-    return own and beyond <= LIMIT_OF_AMPLITUDE * guard.size
+    return level and beyond <= LIMIT_OF_AMPLITUDE * guard.size
 
 
 def _counts(guard: GuardAlong, along: Passage, ends: _Ends, edge: int) -> bool:
@@ -260,7 +258,7 @@ def _counts(guard: GuardAlong, along: Passage, ends: _Ends, edge: int) -> bool:
     """
     contact = ends.stops[edge][0]
     if contact == PHASE:  # nothing happens there: only an extremum counts
-        return abs(along.rates[edge]) <= FLAT_AT_END * guard.fastest
+        return abs(along.rates[edge]) <= FLAT_AT_PHASE * guard.fastest
     if guard.watch != GAP_WATCH:
         beyond = max(guard.lower - along.values[edge], along.values[edge] - guard.upper)
         if beyond > LIMIT_OF_AMPLITUDE * guard.size:
