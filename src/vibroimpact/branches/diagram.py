@@ -423,11 +423,11 @@ class Tree:
         left = f"{len(self.waiting)} more points to try"
         which = f"branch {len(self.branches)}, {where}, {left}"
         found = self.following.switched(point, self.bounds, which)
-        part = None if isinstance(found, NotFound) else self._part(found)
+        part: _Part | None = None
         if isinstance(found, NotFound):
             result = Reached(number, point.label, None, found.reason)
         else:
-            assert part is not None
+            part = self._part(found)
             self.interrupted = found.curve.interrupted
             exists = self.following.inadmissible or part.branch.admissible.any()
             result = (

@@ -52,7 +52,7 @@ NARROWEST_BRACKET = 1e-9  # half of a bracket around that zero, as a share of th
 WIDENING_FACTOR = 16.0  # it is widened by this factor where L does not change its sign in it
 UNKNOWN = "the least gap is not known all the way between two points"
 # An extremum that is so near to an impact on the same stop, relative to the shortest flight, belongs to it.
-EDGE_OF_FLIGHT = 1e-2
+EDGE_OF_SHORTEST_FLIGHT = 1e-2
 
 
 class Grazing(NamedTuple):
@@ -211,7 +211,7 @@ def belongs_to_impact(orbit: Orbit, nearest: Nearest) -> bool:
     durations = np.delete(orbit.durations, [*orbit.problem.at_once])
     if np.abs(durations).min() < NO_TIME_OF_PERIOD * float(np.abs(durations).sum()):
         return True  # two impacts at once: SIM
-    edge = EDGE_OF_FLIGHT * float(durations.min())
+    edge = EDGE_OF_SHORTEST_FLIGHT * float(durations.min())
     begun, ended = orbit.signature.impacts[k], orbit.signature.solved[k]
     if nearest.watch != GAP_WATCH:  # guards of an element change with its state
         begun, ended = (Stop(end.contact, nearest.side) for end in (begun, ended))
