@@ -317,7 +317,7 @@ def _calls(folder: Path) -> tuple[dict[str, Call], dict[str, Any]]:
         "ExplicitMap.fixed_point": (forms.fixed_point, {"guess": [0.6], "p": 3.0}),
         "ExplicitMap.residual": (forms.residual, {"z": [0.5], "p": 3.0}),
         "ExplicitMap.jacobian": (forms.jacobian, {"z": [0.5], "p": 3.0}),
-        "ExplicitMap.watch": (forms.watch, {"z": [0.5], "p": 3.0}),
+        "ExplicitMap.watch": (forms.watch, {"z": [[0.5]], "p": [3.0]}),
         "RandomStarts": (
             vi.RandomStarts,
             {"starts": 2, "seed": 1, "bounds": {"v1": (-1.0, 1.0)}, "base": state, "skip": 0},

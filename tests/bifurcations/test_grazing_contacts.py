@@ -162,7 +162,7 @@ DAMPER = vi.ImpactDamper(
 def damper() -> tuple[vi.Branch, vi.Branch]:
     """1-1-1 orbits that are not symmetric, and 1-2-1 orbits that begin where they graze."""
     symmetric = vi.continue_orbit(vi.symmetric_orbits(DAMPER)[0], "omega", (0.66, 0.7))
-    once = vi.switch_branch(symmetric["BP1"], (0.62, 0.68))
+    once = vi.switch_branch(symmetric["BP1"], (0.62, 0.68), inadmissible=True)
     assert isinstance(once, vi.Branch)
     twice = vi.switch_branch(once["GR1"], (0.64, 0.65))
     assert isinstance(twice, vi.Branch)

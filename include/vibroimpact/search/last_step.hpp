@@ -58,8 +58,9 @@ struct expansion {
 };
 template <class R, class Mode, int D>
 VI_HOT expansion<R> expand_hit(const Mode& m, const vec<R, D>& y, const stop_hit<R>& hit) {
-    auto u = expand(m.guards[by_number<Mode, R> ? static_cast<int>(lane(hit.contact, 0)) : 0], y,
-                    m.flow);
+    int first = 0;
+    if constexpr (by_number<Mode, R>) first = static_cast<int>(hit.contact);
+    auto u = expand(m.guards[first], y, m.flow);
     for (int i = 1; !by_number<Mode, R> && i < m.flow.contacts(); ++i) {
         const auto other = expand(m.guards[i], y, m.flow);
         const mask_t<R> mine = hit.contact == static_cast<double>(i);

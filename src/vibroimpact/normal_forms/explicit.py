@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vibroimpact import _kernel
-from vibroimpact._core.checks import check_choice, check_count, real, refusal, vector
+from vibroimpact._core.checks import check_choice, check_count, numbers, real, refusal, vector
 from vibroimpact._core.errors import InvalidParameterError
 from vibroimpact._core.types import AnyAmount, AnyComplexes, AnyFloats, Count, Floats
 from vibroimpact.normal_forms.codimension_one import NS, PD
@@ -306,10 +306,16 @@ class ExplicitMap:
     def watch(self, z: Floats, p: Floats) -> Mapping[str, Floats]:
         """Test functions along a curve of fixed points in rows, shape (k, d), by the name of the point they vanish at.
 
+        ``p``, shape (k,), are the values of the parameter at these points.
         PD: det(A + I). NS (d >= 2): the product of 1 - nu_i nu_j over all pairs i < j, which also
         vanishes at a neutral saddle, a real pair nu, 1 / nu.
         """
-        A = np.array([self.linearised(*at)[0] for at in zip(z, p.tolist(), strict=True)])
+        rows, values = numbers("z", z), vector("p", p)
+        if rows.shape != (len(values), self.dimension):
+            raise refusal(
+                "z", z, f"of shape ({len(values)}, {self.dimension}), a row for each value of p"
+            )
+        A = np.array([self.linearised(*at)[0] for at in zip(rows, values, strict=True)])
         tests: dict[str, Floats] = {PD.label: np.linalg.det(A + np.eye(self.dimension))}
         if self.dimension > 1:
             nus = np.linalg.eigvals(A)
