@@ -148,7 +148,8 @@ class BifurcationPoint(LocatedPoint):
         if smooth and isinstance(self.orbit, Orbit) and (why := why_no_map(self.orbit.problem)):
             return Refusal(self.kind, Status.NOT_SMOOTH, f"{self.kind}: {why}.", self.multipliers)
         given = self.problem.forms(self.z, self.parameter) if smooth else self
-        return record.normal_form(record, given)
+        located = {"located": True} if record.of_coefficient and self.curve else {}
+        return record.normal_form(record, given, **located)
 
     def __repr__(self) -> str:
         units = units_of(getattr(self.orbit, "system", None))

@@ -26,11 +26,11 @@ from vibroimpact.normal_forms.strong_resonance import (
 
 _Two = partial(PointKind, codimension=2)
 TWO = by_label((
-    _Two("CP", "cusp", "cusp: two folds meet", critical=(1.0,), normal_form=cusp),
+    _Two("CP", "cusp", "cusp: two folds meet", critical=(1.0,), normal_form=cusp, of_coefficient=True),
     _Two("GPD", "generalised flip", "generalised flip: a fold of the doubled orbits begins", critical=(-1.0,),
-         normal_form=generalised_flip),
+         normal_form=generalised_flip, of_coefficient=True),
     _Two("CH", "Chenciner point", "Chenciner point: a fold of circles begins", critical=(None,),
-         normal_form=chenciner),
+         normal_form=chenciner, of_coefficient=True),
     _Two("R1", "strong resonance", "resonance 1:1, two multipliers 1: SN and NS touch", critical=(1.0, 1.0),
          normal_form=one_to_one, resonance=(1, 1), curves=(SN, NS)),
     _Two("R2", "strong resonance", "resonance 1:2, two multipliers -1: PD and NS touch", critical=(-1.0, -1.0),

@@ -10,6 +10,8 @@ Method      Cusp, on a fold curve (flip_fold.py, a = 0):
 Assumes     the critical multipliers simple and alone on the unit circle; for (3) nu^q != 1,
             q <= 4; each is checked. In (2) and (3) e != 0 and Re(f) != 0, which is not checked:
             they take fifth derivatives, and forms have three
+            A point that is located on a curve, where the coefficient of codimension one changes its
+            sign, is one whatever is left of the coefficient: all of its terms may vanish with it
 Accuracy    rounding times |p|
 Fails       a Refusal where a hypothesis fails, where the coefficient of codimension one is not
             zero, or c of (1) is
@@ -40,7 +42,9 @@ from vibroimpact.normal_forms.terms import along, sized
 FIFTH = "the coefficient of fifth order takes fifth derivatives, which are not computed"
 
 
-def cusp(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
+def cusp(
+    kind: PointKind, forms: Forms, *, located: bool = False
+) -> CodimensionTwo | Refusal:
     """Compute c of (1), and a, about zero, that locates the point; with q, p and h2.
 
     Cost: d first, 2 second and 1 third derivative.
@@ -55,7 +59,8 @@ def cusp(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     h2 = along(A, critical.on_circle, critical.q, critical.p, bend).real
     a, c = sized(p, 2.0, bend), sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, h2))  # (1)
     name = "the quadratic coefficient a"
-    generic = _not_zero(kind.label, name, a.value.real, a.scale, critical.multipliers)
+    size = math.inf if located else a.scale
+    generic = _not_zero(kind.label, name, a.value.real, size, critical.multipliers)
     if generic:
         return generic
     form = CodimensionTwo(
@@ -70,7 +75,9 @@ def cusp(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     )
 
 
-def generalised_flip(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
+def generalised_flip(
+    kind: PointKind, forms: Forms, *, located: bool = False
+) -> CodimensionTwo | Refusal:
     """Check that c of (2) vanishes next to ``scale``, the size of its terms; with q, p and h2.
 
     On which side the fold curve begins is not known. Cost: d first, 2 second and 1 third derivative.
@@ -81,7 +88,8 @@ def generalised_flip(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
         return found
     form, scale = flip_coefficient(PD, at, A, found[0])
     name = "the cubic coefficient c"
-    generic = _not_zero(kind.label, name, form.c, scale, form.multipliers, form)
+    size = math.inf if located else scale
+    generic = _not_zero(kind.label, name, form.c, size, form.multipliers, form)
     return generic or CodimensionTwo(
         kind.label, {"c": form.c, "scale": scale}, {"q": form.q, "p": form.p, "h2": form.h2},
         form.multipliers, form.others_inside,
@@ -92,7 +100,9 @@ def generalised_flip(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
     )  # fmt: skip
 
 
-def chenciner(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
+def chenciner(
+    kind: PointKind, forms: Forms, *, located: bool = False
+) -> CodimensionTwo | Refusal:
     """Check that Re(d) of (3) vanishes next to ``scale``; with nu as ``multiplier``, q, p, h20, h11.
 
     On which side the circles exist is not known. Cost: d first, 9 second and 4 third derivatives.
@@ -103,7 +113,8 @@ def chenciner(kind: PointKind, forms: Forms) -> CodimensionTwo | Refusal:
         return found
     form, scale = ns_coefficient(NS, at, A, found[0])
     name = "the first Lyapunov coefficient Re(d)"
-    generic = _not_zero(kind.label, name, form.d.real, scale, form.multipliers, form)
+    size = math.inf if located else scale
+    generic = _not_zero(kind.label, name, form.d.real, size, form.multipliers, form)
     return generic or CodimensionTwo(
         kind.label, {"multiplier": form.multiplier, "d": form.d, "scale": scale},
         {"q": form.q, "p": form.p, "h20": form.h20, "h11": form.h11},
@@ -125,9 +136,9 @@ def _not_zero(
     form: Flip | NeimarkSacker | None = None,
 ) -> Refusal | None:
     """Refuse a coefficient that does not vanish next to the size of its terms, or is not finite."""
-    if abs(value) <= AT_THE_POINT * scale:
-        return None
     if not math.isfinite(value):
         return not_smooth(kind, name, multipliers)
+    if abs(value) <= AT_THE_POINT * scale:
+        return None
     reason = f"{kind} needs {name} to vanish; it is {value:.6g}: a point of codimension one."
     return Refusal(kind, Status.NOT_CRITICAL, reason, multipliers, form)

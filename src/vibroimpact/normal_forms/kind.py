@@ -30,6 +30,8 @@ class PointKind:
     # Coefficients: a function of the record, and of the forms of the map for a smooth kind, else of the point. None
     # where there are none.
     normal_form: Callable[..., Any] | None = field(default=None, compare=False)
+    # whether it is where a coefficient of codimension one vanishes: ``normal_form`` then takes ``located``
+    of_coefficient: bool = field(default=False, compare=False)
     # (p, q) of a critical pair exp(+-2 pi i p / q)
     resonance: tuple[int, int] | None = field(default=None, compare=False)
     # kinds of the curves of the same orbits that pass through it
