@@ -149,13 +149,17 @@ def orbits_at(branch: Branch, value: float) -> Iterator[Orbit]:
 
 
 def same_branch(found: Branch, known: Branch) -> str:
-    """Whether a branch holds the orbits of a known one: "same", "mirror image" or "" for no."""
-    if len(found.family.signature.impacts) != len(known.family.signature.impacts):
-        return ""
+    """Whether a branch holds the orbits of a known one: "same", "mirror image" or "" for no.
+
+    Its own may repeat those of the known one several times.
+    """
     mechanism = mechanism_of(found.family.system)
+    count = len(known.family.signature.impacts)
     for share in PROBE_SHARES:
         index = int(share * (len(found) - 1))
-        here = loop_of(found.orbit(index))
+        here = primitive_loop(loop_of(found.orbit(index)), SAME_ORBIT_RELATIVE)
+        if len(here.impacts) != count:
+            continue
         for orbit in orbits_at(known, float(found.values[index])):
             how = same_loop(here, loop_of(orbit), mechanism, SAME_ORBIT_RELATIVE)
             if how:
