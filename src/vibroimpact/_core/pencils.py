@@ -1,18 +1,32 @@
-"""Eigenvalues and their vectors, of matrices and of pencils A - lambda B, the latter by the QZ algorithm.
+"""Linear systems that may be singular, and eigenvalues of matrices and of pencils A - lambda B, by the QZ algorithm.
 
 LAPACK is called at once: of small matrices scipy's own functions take longer for their checks.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibroimpact._core.types import Complexes, Flags, Floats
 
 Choice = Callable[[Complexes, Floats], Flags]  # which of the eigenvalues alpha / beta come first
+
+
+def solved(matrices: Any, right: Any) -> Any:
+    """Solutions of systems (..., n, n) with the right-hand sides (..., n, k); NaN where a matrix is singular.
+
+    Iterates that run away, and folds, meet one; whether to the last bit depends on the machine's linear algebra.
+    """
+    try:
+        return np.linalg.solve(matrices, right)
+    except np.linalg.LinAlgError:
+        if matrices.ndim == 2:
+            return np.full_like(right, math.nan)
+        return np.array([solved(a, b) for a, b in zip(matrices, right, strict=True)])
 
 
 def eigenvalues(a: Floats, b: Floats) -> tuple[Complexes, Floats]:

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from vibroimpact._core.pencils import deflating
+from vibroimpact._core.pencils import deflating, solved
 from vibroimpact._core.types import Complexes, Flags, Floats
 from vibroimpact._kernel import Jet
 from vibroimpact.bifurcations.equations import Equations, Pair
@@ -189,8 +189,8 @@ class CriticalPair(_OneEquation):
         if not np.isfinite(opened).all():
             return np.full(len(z) + 2, np.nan)
         found = deflating(opened, closing, lambda alpha, beta: _nearest(alpha, beta, pair))
-        s, right, left = np.linalg.solve(found.t, found.s), found.right, found.left
-        back = np.linalg.solve(left.T @ closing @ right, left.T)
+        s, right, left = solved(found.t, found.s), found.right, found.left
+        back = solved(left.T @ closing @ right, left.T)
         adjugate = np.array([[s[1, 1], -s[0, 1]], [-s[1, 0], s[0, 0]]]) @ back
         by_each = eq.second(z, a, right.T * eq.sizes)
         gradient: Floats = np.tensordot(adjugate / eq.rows, by_each, axes=2)

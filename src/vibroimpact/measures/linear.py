@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibroimpact._core.pencils import solved
 from vibroimpact._core.types import Complexes, Floats
 from vibroimpact.compile.piecewise import Piecewise
 from vibroimpact.measures.flights import Flights, Rows, Struck, rows_of
@@ -185,8 +186,9 @@ def _states(rows: Rows, offsets: Floats) -> tuple[Floats, Floats]:
         matrix = stiffness.value + 1j * w * damping.value - w * w * mass.value
         moved = stiffness.by + 1j * (w_by * damping.value + w * damping.by)
         moved = moved - 2.0 * w * w_by * mass.value - w * w * mass.by
-        x = _solved(matrix, cosine.value - 1j * sine.value)
-        x_by = _solved(matrix, cosine.by - 1j * sine.by - _times(moved, x))
+        x = solved(matrix, (cosine.value - 1j * sine.value)[..., None])[..., 0]
+        driven = cosine.by - 1j * sine.by - _times(moved, x)
+        x_by = solved(matrix, driven[..., None])[..., 0]
         w, w_by = w[:, 0], w_by[:, 0]
         state[:, :n] += x.real
         by[:, :n] += x_by.real
@@ -207,17 +209,6 @@ def _equations(pieces: Piecewise) -> list[list[float]]:
 def _times(matrices: Any, vectors: Any) -> Any:
     """Matrices (k, n, n) times vectors (k, n)."""
     return np.einsum("kij,kj->ki", matrices, vectors)
-
-
-def _solved(matrices: Any, right: Any) -> Any:
-    """Solutions for each system, NaN where a matrix is singular, shape (k, n)."""
-    try:
-        return np.linalg.solve(matrices, right[..., None])[..., 0]
-    except np.linalg.LinAlgError:
-        if len(matrices) == 1:
-            return np.full_like(right, math.nan)
-        pairs = zip(matrices, right, strict=True)
-        return np.concatenate([_solved(a[None], b[None]) for a, b in pairs])
 
 
 def _reaches(flights: Flights, machines: Sequence[Mechanism]) -> Iterator[list[Reach]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,6 +10,7 @@ import numpy as np
 
 from vibroimpact._core.checks import refusal
 from vibroimpact._core.errors import InvalidParameterError
+from vibroimpact._core.pencils import solved
 from vibroimpact._core.types import Floats, Integers
 from vibroimpact.compile.prescribed import GAP_WATCH, Prescribed, compile_prescribed
 from vibroimpact.measures.flights import Flights, Rows, Struck, rows_of
@@ -130,9 +130,7 @@ def _variation(orbit: Orbit, parameter: str) -> tuple[Floats, Floats]:
     by_z, by_parameter = problem.jacobian(z, parameter_value(orbit.system, parameter))
     sizes = scale_of(problem, z)
     rows = sizes_of_rows(problem, sizes)
-    moved: Floats = np.full(len(z), math.nan)
-    with contextlib.suppress(np.linalg.LinAlgError):  # a fold to the last bit
-        moved = np.linalg.solve(by_z / rows[:, None] * sizes, -by_parameter / rows) * sizes
+    moved: Floats = solved(by_z / rows[:, None] * sizes, -by_parameter / rows) * sizes
     return problem.unpacked(moved)
 
 

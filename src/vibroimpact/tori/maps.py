@@ -30,6 +30,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from vibroimpact._core.pencils import solved
 from vibroimpact._core.types import Floats
 from vibroimpact.compile.prescribed import (
     CHATTER_WATCH,
@@ -166,7 +167,7 @@ class SignatureMap:
         steps = PHASE_NEWTON_STEPS if compiled.size - 1 in entries else 1
         for _ in range(steps if limits else 0):
             gaps, slopes = self._at_limits(compiled, states)
-            states[:, entries] -= np.linalg.solve(slopes[:, :, entries], gaps[:, :, None])[:, :, 0]
+            states[:, entries] -= solved(slopes[:, :, entries], gaps[:, :, None])[:, :, 0]
         if self.problem.massless:
             return compiled.with_speeds(states, self.problem.modes[:1] * len(states))
         return states
@@ -233,7 +234,7 @@ class SignatureMap:
         by_parameter = np.zeros((count, compiled.size))
         if limits:
             slopes = self._at_limits(compiled, states)[1]
-            moves = -np.linalg.solve(slopes[:, :, entries], slopes[:, :, [*kept, -1]])
+            moves = -solved(slopes[:, :, entries], slopes[:, :, [*kept, -1]])
             by_point[:, entries], by_parameter[:, entries] = moves[:, :, :-1], moves[:, :, -1]
         return by_point, by_parameter
 
