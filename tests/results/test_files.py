@@ -116,9 +116,9 @@ def assert_same_equations(found: vi.BifurcationCurve, folder: Path, system: Any 
         here, there = (getattr(curve.problem, name)(Z, p) for curve in (loaded, found))
         np.testing.assert_equal(here, there)
     # test functions have a positive factor that is chosen where they are first computed: zeros and signs are theirs
-    here, there = (curve.problem.watch(Z, p) for curve in (loaded, found))
-    assert {name: np.sign(x) for name, x in here.items()} == {
-        name: np.sign(x) for name, x in there.items()
+    here, there = (curve.problem.watch(Z[None], np.array([p])) for curve in (loaded, found))
+    assert {name: np.sign(x).tolist() for name, x in here.items()} == {
+        name: np.sign(x).tolist() for name, x in there.items()
     }
 
 

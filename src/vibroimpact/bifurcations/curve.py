@@ -108,7 +108,7 @@ class BifurcationCurve(Result):
     def __repr__(self) -> str:
         found, units = counted(point.kind for point in self.special_points), units_of_curves([self])
         ranges = ", ".join(
-            f"{name} {units.of_parameter(name, column.min(), column.max(), digits=8)}"
+            f"{name} {units.of_parameter(name, column.min(), column.max(), digits=5)}"  # of points: no extrema
             for name, column in zip(self.names, self.values.T, strict=True)
         )
         lines = [

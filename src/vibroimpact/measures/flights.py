@@ -329,15 +329,8 @@ class Flights:
     # their derivatives by the parameter of `rows`; zero without one
     states_by: Floats = field(metadata=sized("flight", "entry"))
     durations_by: Floats = field(metadata=sized("flight"))
+    of: Integers = field(metadata=sized("flight"))  # number of the motion of each flight, rising
     periodic: bool = True  # whether the motion repeats after them
-    # number of the motion of each flight, rising; by default they are of one
-    of: Integers = field(
-        default_factory=lambda: np.zeros(1, dtype=np.int64), metadata=sized("flight")
-    )
-
-    def __post_init__(self) -> None:
-        if self.rows.count == 1:
-            object.__setattr__(self, "of", np.zeros(len(self.durations), dtype=np.int64))
 
     @cached_property
     def period(self) -> Dual:

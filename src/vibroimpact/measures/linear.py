@@ -167,7 +167,7 @@ def _flights(rows: Rows, offsets: Floats, cycles: int) -> Flights:
     none = Struck(np.array([], dtype=np.int64), [])
     period = 2.0 * math.pi * cycles / rows.omega
     of = np.arange(rows.count)
-    return Flights(rows, state, period.value, (FREE_MODE,) * rows.count, none, by, period.by, of=of)
+    return Flights(rows, state, period.value, (FREE_MODE,) * rows.count, none, by, period.by, of)
 
 
 def _states(rows: Rows, offsets: Floats) -> tuple[Floats, Floats]:

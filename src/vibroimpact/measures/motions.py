@@ -117,7 +117,7 @@ def _joined(problem: OrbitProblem, rows: Rows, orbits: Sequence[_Whole], by: flo
     )
     hit = Struck(np.concatenate(numbers), struck)
     return Flights(
-        rows, states, durations, tuple(codes), hit, states_by, durations_by, of=np.array(of)
+        rows, states, durations, tuple(codes), hit, states_by, durations_by, np.array(of)
     )
 
 
@@ -151,5 +151,5 @@ def flights_of_run(run: Run, span: float) -> Flights:
     met = [k for k in ends if run.status[kept[k]] in MET]
     stops = [Stop(int(run.contact[kept[k]]), int(run.side[kept[k]])) for k in met]
     struck = Struck(np.array(met, dtype=int), stops)
-    still = np.zeros_like(states), np.zeros_like(durations)
+    still = np.zeros_like(states), np.zeros_like(durations), np.zeros(len(kept), dtype=np.int64)
     return Flights(rows, states, durations, codes, struck, *still, periodic=False)

@@ -42,9 +42,7 @@ from vibroimpact.normal_forms.terms import along, sized
 FIFTH = "the coefficient of fifth order takes fifth derivatives, which are not computed"
 
 
-def cusp(
-    kind: PointKind, forms: Forms, *, located: bool = False
-) -> CodimensionTwo | Refusal:
+def cusp(kind: PointKind, forms: Forms, *, located: bool = False) -> CodimensionTwo | Refusal:
     """Compute c of (1), and a, about zero, that locates the point; with q, p and h2.
 
     Cost: d first, 2 second and 1 third derivative.
@@ -100,9 +98,7 @@ def generalised_flip(
     )  # fmt: skip
 
 
-def chenciner(
-    kind: PointKind, forms: Forms, *, located: bool = False
-) -> CodimensionTwo | Refusal:
+def chenciner(kind: PointKind, forms: Forms, *, located: bool = False) -> CodimensionTwo | Refusal:
     """Check that Re(d) of (3) vanishes next to ``scale``; with nu as ``multiplier``, q, p, h20, h11.
 
     On which side the circles exist is not known. Cost: d first, 9 second and 4 third derivatives.

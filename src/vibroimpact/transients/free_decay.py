@@ -382,7 +382,7 @@ def _flown(m: Mechanism, state: State, span: float) -> Flights:
     rows = rows_of(m)
     first = np.array([[*state.position, *state.velocity, 0.0]])
     none = Struck(np.array([], dtype=np.int64), [])
-    still = np.zeros_like(first), np.zeros(1)
+    still = np.zeros_like(first), np.zeros(1), np.zeros(1, dtype=np.int64)
     return Flights(rows, first, np.array([span]), (0,), none, *still, periodic=False)
 
 
