@@ -18,7 +18,7 @@ from vibroimpact._core.errors import warn
 Item = TypeVar("Item")
 Work = TypeVar("Work", bound=Callable[..., Any])
 
-UNITS = (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0))
+UNITS = (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0), ("seconds", 1.0))
 BAR_CHARACTERS = 24  # the bar has so many characters
 REDRAW_SECONDS = 0.1  # the bar is drawn so often
 MEASURED_SECONDS = 0.5  # from so much work the rest is estimated
@@ -275,17 +275,14 @@ class Announcement:
             )
 
 
-def announce_measured(
-    name: str, count: int, work: Callable[[int], object], most: int | None = None
-) -> None:
-    """Announce a long work in one call, on at most ``most`` items (by default the count); see :func:`expected`."""
-    whole = count if most is None else most
+def announce_measured(name: str, count: int, work: Callable[[int], object]) -> None:
+    """Announce a long work in one call, on so many items; see :func:`expected`."""
 
     def beginning(part: int) -> float:
         work(part)
-        return part / whole
+        return part / count
 
-    Announcement(name, count).say(expected(whole, beginning))
+    Announcement(name, count).say(expected(count, beginning))
 
 
 def expected(most: int, beginning: Callable[[int], float]) -> float:

@@ -88,7 +88,8 @@ class Sampler:
         """Record impacts, each time twice as many, until enough of them are at the stop."""
         motion, count = self.motion, 2 * points
         begin = motion.at, motion.last
-        part = motion.record(count, points)
+        motion.announce(at, points, EVENTS_PER_POINT * points)
+        part = motion.record(count)
         while (
             part.at(at.contact, at.stop).size < points
             and part.end is RunEnd.IMPACTS
@@ -96,7 +97,7 @@ class Sampler:
         ):
             count *= 2
             motion.at, motion.last = begin
-            part = motion.record(count, points)
+            part = motion.record(count)
         section = section_of_impacts(motion, at, [part], points, part.end)
         enough = part.end is RunEnd.EVENTS and len(section) >= FEWEST_POINTS
         end = RunEnd.POINTS if part.end is RunEnd.IMPACTS or enough else part.end

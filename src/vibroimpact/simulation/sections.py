@@ -282,9 +282,10 @@ def take_impacts(motion: Simulator, at: AtStop, points: int) -> Section:
     """Take the next points of a motion at one stop."""
     parts: list[Impacts] = []
     found, spent, end = 0, 0, RunEnd.IMPACTS
+    motion.announce(at, points, EVENTS_PER_POINT * points)
     while found < points and end is RunEnd.IMPACTS:
         wanted = 1 + 2 * (points - found)
-        parts.append(motion.record(wanted, points))
+        parts.append(motion.record(wanted))
         found += parts[-1].at(at.contact, at.stop).size
         spent, end = spent + wanted, parts[-1].end
         if spent > EVENTS_PER_POINT * points and found < points:

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vibroimpact._core.progress import Announcement, announce_measured
+from vibroimpact._core.progress import Announcement, announce_measured, expected
 from vibroimpact._core.types import Codes, Floats
 from vibroimpact.compile.hybrid import Compiled, compile_mechanism
 from vibroimpact.model.state import State
 from vibroimpact.model.stop import Stop, StopName
 from vibroimpact.model.system import System, mechanism_of
+from vibroimpact.simulation.places import AtStop
 from vibroimpact.simulation.simulate import (
     COUNTED,
     GOES_ON,
@@ -113,16 +114,19 @@ class Simulator:
         kernel = self.compiled.kernel
         return self._call(lambda at: kernel.simulate(at, math.inf, limit, events, impacts))
 
-    def record(self, impacts: int, points: int | None = None) -> Impacts:
-        """Record the next impacts, for so many points; of a long time a warning says how long."""
-        begin = self.at
+    def announce(self, at: AtStop, points: int, most: int) -> None:
+        """Warn if so many points at a stop, or at most so many impacts, will take long; the motion stays."""
+        begin = self.at, self.last
 
-        def beginning(count: int) -> None:
-            self.events(count)
-            self.at = begin
+        def beginning(count: int) -> float:
+            taken = self.record(count).at(at.contact, at.stop).size
+            self.at, self.last = begin
+            return max(taken / points, count / most)
 
-        name, count = ("impacts", impacts) if points is None else ("points", points)
-        announce_measured(name, count, beginning, impacts)
+        Announcement("points", points).say(expected(2 * points, beginning))
+
+    def record(self, impacts: int) -> Impacts:
+        """Record the next impacts."""
         return self.impacts_of(self.events(impacts))
 
     def run(self, impacts: int) -> Run:
