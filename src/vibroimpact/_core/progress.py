@@ -18,7 +18,13 @@ from vibroimpact._core.errors import warn
 Item = TypeVar("Item")
 Work = TypeVar("Work", bound=Callable[..., Any])
 
-UNITS = (("years", 31557600.0), ("days", 86400.0), ("hours", 3600.0), ("minutes", 60.0), ("seconds", 1.0))
+UNITS = (
+    ("years", 31557600.0),
+    ("days", 86400.0),
+    ("hours", 3600.0),
+    ("minutes", 60.0),
+    ("seconds", 1.0),
+)
 BAR_CHARACTERS = 24  # the bar has so many characters
 REDRAW_SECONDS = 0.1  # the bar is drawn so often
 MEASURED_SECONDS = 0.5  # from so much work the rest is estimated
