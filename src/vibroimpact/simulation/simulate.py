@@ -168,7 +168,7 @@ class Run(Result):
     def __repr__(self) -> str:
         kinds, counts = np.unique(self.status, return_counts=True)
         listed = ", ".join(
-            f"{n} {Status(k).name.lower()}"
+            f"{n} {Status(k).name}"
             for k, n in zip(kinds, counts, strict=True)
             if k != Status.HORIZON
         )
