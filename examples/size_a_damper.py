@@ -14,7 +14,7 @@ from vibroimpact.plotting import plot_design, plot_mechanism, save, style
 
 M1, HERTZ, DAMPING = 120.0, 8.0, 0.02  # kg, Hz, of critical damping
 FORCE, BAND = 400.0, (6.0, 10.0)  # N, Hz
-BUDGET, STARTS, REFINE = 800, 6, 2  # machines to try, starts of each, and how much more at the end
+BUDGET, STARTS, REFINE = 400, 2, 2  # machines to try, starts of each, and how much more at the end
 
 
 def main(out: str | None = None) -> None:
