@@ -16,7 +16,7 @@ from vibroimpact.continuation.newton import Node, determinants, largest_of
 from vibroimpact.continuation.panel import BRANCH_POINT, BUILT_IN, FOLD, Panel
 from vibroimpact.continuation.problem import Scaled
 from vibroimpact.continuation.special import LocatedZero
-from vibroimpact.continuation.walk import Stretch, Walk
+from vibroimpact.continuation.walk import START_ARCLENGTH, Stretch, Walk
 
 # A node that is nearer to the cut of the curve, relative to its panel, is left out.
 DISTINCT_OF_PANEL = 1e-9
@@ -36,7 +36,7 @@ class _Point:
 def assemble(problem: Scaled, forward: Walk, backward: Walk | None) -> Curve:
     """Join both directions, in order of the arclength."""
     if backward is not None and forward.stretches and backward.stretches:
-        _drop_start(backward)
+        _drop_start(forward, backward)
     walks = [(forward, 1)] + ([] if backward is None else [(backward, -1)])
     watched = problem.watched(forward.start.y[None])
     start = _Point(forward.start, 1, 0.0, 0, {name: float(f[0]) for name, f in watched.items()})
@@ -62,10 +62,15 @@ def assemble(problem: Scaled, forward: Walk, backward: Walk | None) -> Curve:
     )
 
 
-def _drop_start(walk: Walk) -> None:
-    """Remove special points at the common start, which belong to the other direction."""
-    first = walk.stretches[0]
-    walk.stretches[0] = replace(first, found=tuple(z for z in first.found if z.s > 0.0))
+def _drop_start(forward: Walk, backward: Walk) -> None:
+    """Remove special points at the common start which the other direction lists, too.
+
+    Rounding of the function there decides which of them finds a change of its sign.
+    """
+    listed = {zero.name for zero in forward.stretches[0].found if zero.s < START_ARCLENGTH}
+    first = backward.stretches[0]
+    kept = tuple(z for z in first.found if z.s >= START_ARCLENGTH or z.name not in listed)
+    backward.stretches[0] = replace(first, found=kept)
 
 
 def _end(walk: Walk) -> End:
