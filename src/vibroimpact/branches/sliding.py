@@ -32,6 +32,9 @@ from vibroimpact.orbits.maps import NO_TIME_OF_PERIOD
 from vibroimpact.orbits.orbit import Orbit
 from vibroimpact.orbits.reversals import far_limit, one_level
 
+# Of a slip in between (4), whose rate vanishes with the square of its time: half of the digits.
+SHORTEST_SLIP_OF_PERIOD = 1e-6
+
 
 def sliding_of(orbit: Orbit, test: str, segment: int, nearest: Nearest | None) -> PointKind | None:
     """Kind of sliding bifurcation at a zero of a test function, or at a touch; None where it is none."""
@@ -63,7 +66,7 @@ def _at_touch(orbit: Orbit, near: Nearest) -> PointKind | None:
 
 
 def _of_friction(orbit: Orbit, word: str, k: int) -> PointKind | None:
-    """(1) to (3) at the start of flight k, or where it takes no time."""
+    """(1) to (4) at the start of flight k, or where it takes no time."""
     m, number = orbit.mechanism, orbit.signature.impacts[k].contact
     element = m.elements[number]
     before, here, after = (_state(orbit, i, number) for i in (k - 1, k, k + 1))
@@ -71,8 +74,12 @@ def _of_friction(orbit: Orbit, word: str, k: int) -> PointKind | None:
         return _by_rate(here == element.holding, _rate_of_slip(orbit, k, before, here))
     if word == REST and here == element.holding and {before, after} <= element.slipping:
         return SLIDING_TOUCH if before == after else CROSSING
+    if word != SPEED:
+        return None
+    if here in element.slipping and before == after == element.holding:
+        return ADDING if _takes_no_time(orbit, k, SHORTEST_SLIP_OF_PERIOD) else None
     back = {before, here} == element.slipping and after == element.holding
-    return SWITCHING if word == SPEED and back and _takes_no_time(orbit, k) else None
+    return SWITCHING if back and _takes_no_time(orbit, k) else None
 
 
 def _of_stop(orbit: Orbit, word: str, k: int) -> PointKind | None:
@@ -118,10 +125,10 @@ def _at_start(orbit: Orbit, k: int) -> tuple[Numbers, Floats]:
     return mode, mode.b @ y + mode.constant
 
 
-def _takes_no_time(orbit: Orbit, k: int) -> bool:
+def _takes_no_time(orbit: Orbit, k: int, share: float = NO_TIME_OF_PERIOD) -> bool:
     """Whether flight k takes no time."""
     whole = float(np.abs(orbit.durations).sum())
-    return bool(abs(orbit.durations[k]) <= NO_TIME_OF_PERIOD * whole)
+    return bool(abs(orbit.durations[k]) <= share * whole)
 
 
 def _is_plastic(m: Mechanism, contact: int) -> bool:
