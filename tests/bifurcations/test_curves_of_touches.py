@@ -156,7 +156,9 @@ def test_a_touch_meets_the_fold_of_a_mass_that_it_does_not_act_on() -> None:
     start = vi.find_orbit(near, vi.find_orbit(far, vi.State((0.0, 0.0), (0.0, 0.0))))
     touch = vi.continue_orbit(start, "second", (0.98 * touching, 1.03 * touching))["GR1"]
     bounds = ((0.95 * fold, 1.05 * fold), (0.9 * touching, 1.1 * touching))
-    curve = vi.continue_bifurcation(touch, ("first", "second"), bounds, steps=FEW)
+    curve = vi.continue_bifurcation(
+        touch, ("first", "second"), bounds, steps=replace(FEW, points=100)
+    )
     at = curve["SN_1"].parameters
     assert at["first"] == pytest.approx(fold, abs=1e-9)
     assert at["second"] == pytest.approx(touching, abs=1e-9)
