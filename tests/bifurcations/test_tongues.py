@@ -155,7 +155,7 @@ def test_the_tongue_of_a_stop_that_moves_is_that_of_its_own_coordinates() -> Non
         assert isinstance(found, vi.Tongue), found
         widths.append([found.width(clearance) for clearance in (8.8, 9.2, 9.6)])
     # Sides are interpolated between points that are 0.01 to 0.1 apart: their third differences.
-    np.testing.assert_allclose(*widths, rtol=1e-5)
+    np.testing.assert_allclose(*widths, rtol=1e-6)
 
 
 def test_only_weak_resonances_have_tongues() -> None:

@@ -28,7 +28,7 @@ from support.random_machines import (
 
 import vibroimpact as vi
 
-QUICK, MANY = 7, 33  # machines of each kind: some 200, some 800
+QUICK, MANY = 7, 45  # machines of each kind: some 200, some 1000
 OF_BITS = 20  # whose bits are compared: no rounding decides, the first one that differs is a fault
 IMPACTS, PERIODS = 150, 6.0
 GAIN = 1e3

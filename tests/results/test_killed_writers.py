@@ -135,10 +135,10 @@ def ends_well(work: str, kills: int, folder: Path) -> None:
 
 @pytest.mark.slow
 def test_many_killed_writers_leave_the_old_or_the_new_content(tmp_path: Path) -> None:
-    ends_well(FILES, 25, tmp_path)
+    ends_well(FILES, 50, tmp_path)
 
 
 @pytest.mark.slow
 def test_killed_sweeps_and_searches_go_on_to_the_same_end(tmp_path: Path) -> None:
     pytest.importorskip("zarr", reason="the extra `store` is not installed")
-    ends_well(STORES, 2, tmp_path)
+    ends_well(STORES, 3, tmp_path)

@@ -13,7 +13,7 @@ from support.random_machines import KINDS, random_machine, random_start, scaled
 
 import vibroimpact as vi
 
-QUICK, MANY = 2, 5  # machines of each kind
+QUICK, MANY = 2, 8  # machines of each kind
 SLOW = pytest.mark.slow
 COUNTS = [pytest.param(0, QUICK, id="quick"), pytest.param(QUICK, MANY, id="many", marks=SLOW)]
 KIND = pytest.mark.parametrize("kind", KINDS)
