@@ -57,8 +57,9 @@ def cusp(kind: PointKind, forms: Forms, *, located: bool = False) -> Codimension
     h2 = along(A, critical.on_circle, critical.q, critical.p, bend).real
     a, c = sized(p, 2.0, bend), sized(p, 6.0, at.real(q, q, q), 3.0 * at.real(q, h2))  # (1)
     name = "the quadratic coefficient a"
-    size = math.inf if located else a.scale
-    generic = _not_zero(kind.label, name, a.value.real, size, critical.multipliers)
+    generic = _not_zero(
+        kind.label, name, a.value.real, a.scale, critical.multipliers, located=located
+    )
     if generic:
         return generic
     form = CodimensionTwo(
@@ -86,8 +87,7 @@ def generalised_flip(
         return found
     form, scale = flip_coefficient(PD, at, A, found[0])
     name = "the cubic coefficient c"
-    size = math.inf if located else scale
-    generic = _not_zero(kind.label, name, form.c, size, form.multipliers, form)
+    generic = _not_zero(kind.label, name, form.c, scale, form.multipliers, form, located=located)
     return generic or CodimensionTwo(
         kind.label, {"c": form.c, "scale": scale}, {"q": form.q, "p": form.p, "h2": form.h2},
         form.multipliers, form.others_inside,
@@ -109,8 +109,9 @@ def chenciner(kind: PointKind, forms: Forms, *, located: bool = False) -> Codime
         return found
     form, scale = ns_coefficient(NS, at, A, found[0])
     name = "the first Lyapunov coefficient Re(d)"
-    size = math.inf if located else scale
-    generic = _not_zero(kind.label, name, form.d.real, size, form.multipliers, form)
+    generic = _not_zero(
+        kind.label, name, form.d.real, scale, form.multipliers, form, located=located
+    )
     return generic or CodimensionTwo(
         kind.label, {"multiplier": form.multiplier, "d": form.d, "scale": scale},
         {"q": form.q, "p": form.p, "h20": form.h20, "h11": form.h11},
@@ -130,11 +131,13 @@ def _not_zero(
     scale: float,
     multipliers: Complexes,
     form: Flip | NeimarkSacker | None = None,
+    *,
+    located: bool,
 ) -> Refusal | None:
-    """Refuse a coefficient that does not vanish next to the size of its terms, or is not finite."""
+    """Refuse a coefficient that is not finite, or neither located nor nothing next to the size of its terms."""
     if not math.isfinite(value):
         return not_smooth(kind, name, multipliers)
-    if abs(value) <= AT_THE_POINT * scale:
+    if located or abs(value) <= AT_THE_POINT * scale:
         return None
     reason = f"{kind} needs {name} to vanish; it is {value:.6g}: a point of codimension one."
     return Refusal(kind, Status.NOT_CRITICAL, reason, multipliers, form)
